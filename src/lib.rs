@@ -1,0 +1,19 @@
+//! Turns medical volumes into closed, manifold surface meshes.
+//!
+//! One pipeline, one direction: a *source* of planes, *slabs* of planes, the *kernel*, *patches* in
+//! order, a *sink*. Imports go one way only, down this list:
+//!
+//! `error`, `limits`, `cancel` ← `geom` ← `volume`, `mesh` ← `source`, `kernel`, `sink`, `reader` ←
+//! `pipeline` ← `cli`.
+
+pub mod cancel;
+pub mod error;
+pub mod geom;
+pub mod limits;
+pub mod mesh;
+pub mod pipeline;
+pub mod sink;
+pub mod source;
+pub mod volume;
+
+pub use error::{Error, Kind};

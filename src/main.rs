@@ -1,0 +1,3 @@
+//! The `mcubes` command.
+
+fn main() {}

@@ -1,0 +1,65 @@
+//! What can stop a run.
+
+use crate::error::{Failure, Kind};
+use crate::geom::PlaceError;
+use crate::sink::SinkError;
+use crate::source::SourceError;
+
+/// A run's failure, without the path.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The source could not give its planes.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The sink could not take a patch.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+    /// The volume cannot be placed.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// No triangle: nothing in the volume reaches the iso value.
+    #[error("no value reaches the iso value {iso}")]
+    IsoNotReached {
+        /// The level asked for.
+        iso: f64,
+    },
+    /// More than a mesh file can count.
+    #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]
+    TooMany {
+        /// `triangles` or `vertices`.
+        what: &'static str,
+        /// The most there can be.
+        limit: u64,
+    },
+    /// The run was asked to stop.
+    #[error("interrupted")]
+    Interrupted,
+    /// A mistake of the program itself.
+    #[error("internal error: {0}")]
+    Internal(&'static str),
+}
+
+impl Failure for RunError {
+    fn kind(&self) -> Kind {
+        match self {
+            Self::Source(e) => e.kind(),
+            Self::Sink(e) => e.kind(),
+            Self::Place(_) => Kind::OutOfRangeSpace,
+            Self::IsoNotReached { .. } => Kind::IsoNotReached,
+            Self::TooMany { .. } => Kind::TooManyTriangles,
+            Self::Interrupted => Kind::Interrupted,
+            Self::Internal(_) => Kind::Internal,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        match self {
+            Self::Source(e) => e.hint(),
+            Self::Sink(e) => e.hint(),
+            Self::Place(_) => Some("--space voxel writes voxel indices instead".to_owned()),
+            Self::TooMany { .. } => Some("--crop or --downsample make the mesh smaller".to_owned()),
+            _ => None,
+        }
+    }
+}

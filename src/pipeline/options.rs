@@ -1,0 +1,91 @@
+//! What a run is asked to do, and what it reports.
+
+use crate::cancel::Cancel;
+use crate::mesh::Measure;
+use crate::volume::Note;
+
+/// Which samples are inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Side {
+    /// value ≥ iso.
+    #[default]
+    AtLeast,
+    /// value < iso; equal, NaN and padding are outside.
+    Below,
+}
+
+/// How cells become triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Marching cubes.
+    #[default]
+    Cubes,
+    /// Marching tetrahedra: six a cell.
+    Tetrahedra,
+}
+
+/// One surface of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceOptions {
+    /// The level, in real units. Finite.
+    pub iso: f64,
+    /// Which side of it is inside.
+    pub side: Side,
+    /// How cells become triangles.
+    pub method: Method,
+    /// Leaves out the cap: only cells whose eight corners are samples.
+    pub open: bool,
+    /// A unit normal with each vertex.
+    pub normals: bool,
+}
+
+impl SurfaceOptions {
+    /// The closed surface at `iso`, inside at and above it.
+    pub fn at(iso: f64) -> Self {
+        Self { iso, side: Side::AtLeast, method: Method::Cubes, open: false, normals: false }
+    }
+}
+
+/// Told how far a run is. Called from worker threads.
+pub trait Progress: Sync {
+    /// `done` of `of` planes are meshed.
+    fn planes(&self, done: usize, of: usize);
+}
+
+/// How a run is carried out; nothing here changes the mesh.
+#[derive(Clone)]
+pub struct RunOptions<'a> {
+    /// Threads of work in all, at least 1. With 1 nothing overlaps.
+    pub threads: usize,
+    /// Planes a slab; chosen by their size where absent.
+    pub slab_planes: Option<usize>,
+    /// Raised to stop the run.
+    pub cancel: Cancel,
+    /// Told of progress.
+    pub progress: Option<&'a dyn Progress>,
+}
+
+/// Time spent, summed over threads for the three stages; `total` is by the clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Seconds {
+    pub read: f64,
+    pub mesh: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+/// What became of one surface.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Vertices written.
+    pub n_vertices: u64,
+    /// Triangles written.
+    pub n_triangles: u64,
+    /// Area, enclosed volume and bounds, in output units.
+    pub measure: Measure,
+    /// Where the time went.
+    pub seconds: Seconds,
+    /// What the source noticed while reading.
+    pub notes: Vec<Note>,
+}

@@ -1,0 +1,46 @@
+//! Writers: patches in, a mesh file out.
+//!
+//! An [`Encoder`] turns a patch into the bytes of its format on any thread; a [`Sink`] takes them
+//! in order. Sinks turn no coordinates and join no vertices.
+
+mod error;
+
+pub use error::SinkError;
+
+use std::sync::Arc;
+
+use crate::mesh::Patch;
+
+/// The bytes of one patch.
+#[derive(Clone, Debug, Default)]
+pub struct Encoded {
+    /// What stands with the vertices; empty for STL.
+    pub vertices: Vec<u8>,
+    /// What stands with the faces, after all vertices.
+    pub faces: Vec<u8>,
+}
+
+/// Turns patches into bytes. Called from many threads, in any order.
+pub trait Encoder: Send + Sync {
+    /// Appends the patch's bytes to `out`, which is empty but keeps its capacity.
+    fn encode(&self, patch: &Patch, out: &mut Encoded);
+}
+
+/// Takes the encoded patches of one surface, in order.
+pub trait Sink: Send {
+    /// The encoder that goes with it.
+    fn encoder(&self) -> Arc<dyn Encoder>;
+
+    /// Appends the next patch.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    fn append(&mut self, encoded: &Encoded) -> Result<(), SinkError>;
+
+    /// Called once after the last patch: completes header and body. The file does not yet stand
+    /// under its final name.
+    ///
+    /// # Errors
+    /// The output cannot be written.
+    fn finish(&mut self, n_vertices: u64, n_triangles: u64) -> Result<(), SinkError>;
+}

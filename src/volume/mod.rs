@@ -1,0 +1,13 @@
+//! Samples and what is known of them: stored types, rescaling, the facts about a volume.
+//!
+//! Knows nothing of files or meshes.
+
+mod meta;
+mod notes;
+mod rescale;
+mod voxel;
+
+pub use meta::{Format, Meta, Padding, SeriesFacts};
+pub use notes::Note;
+pub use rescale::Rescale;
+pub use voxel::{Sample, StoredType};
