@@ -65,7 +65,7 @@ impl Affine {
     /// The smallest stretch of the linear part: a unit step in any direction of index space moves
     /// the image at least this far.
     ///
-    /// From the eigenvalues of AᵀA in closed form (Smith 1961), on A scaled to avoid overflow.
+    /// From the eigenvalues of `AᵀA` in closed form (Smith 1961), on A scaled to avoid overflow.
     pub fn least_singular_value(&self) -> f64 {
         let columns = [self.column(0), self.column(1), self.column(2)];
         let size = columns.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
