@@ -9,9 +9,11 @@
 pub mod cancel;
 pub mod error;
 pub mod geom;
+pub mod kernel;
 pub mod limits;
 pub mod mesh;
 pub mod pipeline;
+pub mod reader;
 pub mod sink;
 pub mod source;
 pub mod volume;

@@ -4,7 +4,9 @@ mod error;
 mod options;
 
 pub use error::RunError;
-pub use options::{Method, Progress, Report, RunOptions, Seconds, Side, SurfaceOptions};
+pub use options::{Method, Progress, Report, RunOptions, Seconds, SurfaceOptions};
+
+pub use crate::kernel::Side;
 
 use crate::geom::Place;
 use crate::sink::Sink;

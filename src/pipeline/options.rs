@@ -1,18 +1,9 @@
 //! What a run is asked to do, and what it reports.
 
 use crate::cancel::Cancel;
+use crate::kernel::Side;
 use crate::mesh::Measure;
 use crate::volume::Note;
-
-/// Which samples are inside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Side {
-    /// value ≥ iso.
-    #[default]
-    AtLeast,
-    /// value < iso; equal, NaN and padding are outside.
-    Below,
-}
 
 /// How cells become triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -1,0 +1,64 @@
+//! Which instruction set the kernel uses; asked once.
+
+use std::sync::LazyLock;
+
+/// Instruction sets, from the plainest to the widest. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Cpu {
+    /// Plain Rust; the definition of what the others do.
+    Scalar,
+    /// x86-64's baseline.
+    Sse2,
+    /// 256-bit integers and permutes.
+    Avx2,
+    /// 512-bit with BW, VL, VBMI, VBMI2, VPOPCNTDQ and GFNI.
+    Avx512,
+}
+
+/// The widest set that this processor has, or a lower one named in the environment variable
+/// `MCUBES_CPU` (`scalar`, `sse2`, `avx2`, `avx512`), so that one machine tests them all.
+pub fn cpu() -> Cpu {
+    static CPU: LazyLock<Cpu> = LazyLock::new(|| {
+        let best = widest();
+        let asked = match std::env::var("MCUBES_CPU").as_deref() {
+            Ok("scalar") => Cpu::Scalar,
+            Ok("sse2") => Cpu::Sse2,
+            Ok("avx2") => Cpu::Avx2,
+            _ => Cpu::Avx512,
+        };
+        asked.min(best)
+    });
+    *CPU
+}
+
+#[cfg(target_arch = "x86_64")]
+fn widest() -> Cpu {
+    macro_rules! has {
+        ($($feature:tt),*) => { $(std::arch::is_x86_feature_detected!($feature))&&* };
+    }
+    if has!(
+        "avx512f",
+        "avx512bw",
+        "avx512vl",
+        "avx512vbmi",
+        "avx512vbmi2",
+        "avx512vpopcntdq",
+        "gfni",
+        "bmi1",
+        "bmi2",
+        "popcnt",
+        "lzcnt",
+        "avx2"
+    ) {
+        Cpu::Avx512
+    } else if has!("avx2", "bmi1", "bmi2", "popcnt", "lzcnt") {
+        Cpu::Avx2
+    } else {
+        Cpu::Sse2
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn widest() -> Cpu {
+    Cpu::Scalar
+}

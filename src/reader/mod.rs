@@ -1,0 +1,1 @@
+//! Mesh files back in: STL, PLY and OBJ, for `mcubes check`.

@@ -1,0 +1,1 @@
+//! DICOM folders and files, against what pydicom and SimpleITK see.

@@ -1,0 +1,1 @@
+//! The JPEG-LS decoder, against CharLS.

@@ -1,0 +1,1 @@
+//! NIfTI files, against what nibabel sees.

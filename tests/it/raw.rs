@@ -1,0 +1,1 @@
+//! Raw files, against what numpy sees.

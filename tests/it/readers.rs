@@ -1,0 +1,1 @@
+//! Mesh files read back, and their topology.

@@ -1,0 +1,1 @@
+//! Sources that wrap a source: crop, blur, downsample, masks, formulas.

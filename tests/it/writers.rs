@@ -1,0 +1,1 @@
+//! Mesh files written, read back by other readers.
