@@ -13,6 +13,9 @@ pub enum SourceError {
     /// Dimensions that are no size of a volume.
     #[error(transparent)]
     Dims(#[from] DimsError),
+    /// A DICOM file or series.
+    #[error(transparent)]
+    Dicom(Box<super::dicom::DicomError>),
     /// Anything else: a stable kind, one line, and perhaps a hint. For layers whose own enums give
     /// the values; not to be used where a variant says more.
     #[error("{message}")]
@@ -33,12 +36,14 @@ impl Failure for SourceError {
             Self::Io(_) => Kind::Unreadable,
             Self::Dims(DimsError::PlaneTooLarge(..)) => Kind::TooLarge,
             Self::Dims(_) => Kind::BadDims,
+            Self::Dicom(e) => e.kind(),
             Self::Other { kind, .. } => *kind,
         }
     }
 
     fn hint(&self) -> Option<String> {
         match self {
+            Self::Dicom(e) => e.hint(),
             Self::Other { hint, .. } => hint.clone(),
             _ => None,
         }
