@@ -1,6 +1,8 @@
 //! What the integration tests share.
 #![allow(dead_code, reason = "not every module uses every helper yet")]
 
+pub mod manifold;
+
 use std::path::{Path, PathBuf};
 
 /// A file or folder of the repository.
