@@ -181,9 +181,9 @@ impl Failure for FileFault {
 #[non_exhaustive]
 pub enum DicomError {
     /// One file is to blame. `name` is relative to the input.
-    #[error("{name}: {fault}{}", others(*.more))]
+    #[error("{}{fault}{}", at(.name), others(*.more))]
     File {
-        /// The file.
+        /// The file; empty where it is the input itself.
         name: String,
         /// What is wrong with it.
         fault: FileFault,
@@ -219,7 +219,7 @@ pub enum DicomError {
         name: String,
     },
     /// Images that do not say where they lie.
-    #[error("the images do not say where they lie: {what} ({names})")]
+    #[error("the images do not say where they lie: {what}{}", in_brackets(.names))]
     NoGeometry {
         /// What is absent or wrong.
         what: String,
@@ -259,10 +259,18 @@ pub enum DicomError {
 
 fn few(images: usize, name: &str) -> String {
     if images == 1 {
-        format!("a single image ({name}) is")
+        format!("a single image{} is", in_brackets(name))
     } else {
-        format!("all {images} images lie at one position ({name}), which is")
+        format!("all {images} images lie at one position{}, which is", in_brackets(name))
     }
+}
+
+fn at(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!("{name}: ") }
+}
+
+fn in_brackets(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!(" ({name})") }
 }
 
 fn others(more: usize) -> String {
