@@ -1,6 +1,7 @@
 //! What the integration tests share.
 #![allow(dead_code, reason = "not every module uses every helper yet")]
 
+pub(crate) mod dicom;
 pub mod manifold;
 
 use std::path::{Path, PathBuf};

@@ -233,7 +233,7 @@ pub enum DicomError {
         what: String,
     },
     /// A gap that says that slices are missing.
-    #[error("{count} slice{} missing: {gaps}, the others are {step} mm apart", if *.count == 1 { " is" } else { "s are" })]
+    #[error("{count} slice{} missing: {gaps}, the others are {step} mm apart{}", if *.count == 1 { " is" } else { "s are" }, left_out(.faults))]
     MissingSlices {
         /// How many.
         count: usize,
@@ -267,6 +267,10 @@ fn few(images: usize, name: &str) -> String {
 
 fn at(name: &str) -> String {
     if name.is_empty() { String::new() } else { format!("{name}: ") }
+}
+
+fn left_out(faults: &str) -> String {
+    if faults.is_empty() { String::new() } else { format!("; left out: {faults}") }
 }
 
 fn in_brackets(name: &str) -> String {
@@ -305,9 +309,6 @@ impl Failure for DicomError {
             }
             Self::TooFew { .. } => {
                 Some("give the folder with all slices of the series as input".to_owned())
-            }
-            Self::MissingSlices { faults, .. } if !faults.is_empty() => {
-                Some(format!("{faults}; --gaps span meshes across the gap"))
             }
             Self::MissingSlices { .. } => {
                 Some("copy the missing images, or --gaps span meshes across the gap".to_owned())

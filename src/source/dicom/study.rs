@@ -77,7 +77,7 @@ impl Study {
                 meta.n_volumes = n_volumes;
             }
         }
-        note_neighbours(&mut volumes);
+        note_neighbours(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
         let faults = faults.into_iter().map(|(name, _, fault)| (name, fault)).collect();
@@ -253,25 +253,34 @@ fn note_set_aside(volumes: &mut [Candidate], set_aside: &[SetAside]) {
 
 /// Says of each volume which images under its UID are not part of it for their orientation, size
 /// or spacing.
-fn note_neighbours(volumes: &mut [Candidate]) {
-    let others: Vec<(String, Option<String>, usize)> = volumes
+fn note_neighbours(volumes: &mut [Candidate], instances: &[Instance]) {
+    let others: Vec<(String, Option<String>, usize, String)> = volumes
         .iter()
-        .map(|v| (v.series.uid.clone(), v.apart.clone(), v.series.n_images))
+        .map(|v| {
+            let first = v.frames.first().and_then(|r| r.get(instances));
+            let name = first.map(|(i, _)| i.name.clone()).unwrap_or_default();
+            (v.series.uid.clone(), v.apart.clone(), v.series.n_images, name)
+        })
         .collect();
     for (index, volume) in volumes.iter_mut().enumerate() {
-        let left_out: usize = others
-            .iter()
-            .enumerate()
-            .filter(|(other, (uid, apart, _))| {
-                *other != index && *uid == volume.series.uid && *apart == volume.apart
-            })
-            .map(|(_, (_, _, images))| images)
-            .sum();
-        if let Some(meta) = volume.meta.as_mut().filter(|_| left_out > 0) {
-            let s = if left_out == 1 { "" } else { "s" };
-            meta.notes.push(Note::Other(format!(
-                "{left_out} image{s} of the same series left out: another orientation, size or spacing, or no position"
-            )));
+        let mut left_out = 0;
+        let mut first = None;
+        for (other, (uid, apart, images, name)) in others.iter().enumerate() {
+            if other != index && *uid == volume.series.uid && *apart == volume.apart {
+                left_out += images;
+                first.get_or_insert(name);
+            }
+        }
+        let Some(first) = first else { continue };
+        let s = if left_out == 1 { "" } else { "s" };
+        let line = format!(
+            "{left_out} image{s} of the same series ({first}): another orientation, size or spacing, or no position"
+        );
+        if let Some(DicomError::MissingSlices { faults, .. }) = &mut volume.problem {
+            faults.clone_from(&line);
+        }
+        if let Some(meta) = &mut volume.meta {
+            meta.notes.push(Note::Other(format!("left out: {line}")));
         }
     }
 }
