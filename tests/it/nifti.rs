@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mcubes::geom::{Affine, orientation};
 use mcubes::source::{self, OpenOptions};
 use mcubes::volume::{Meta, Note};
 use mcubes::{Error, Kind};
@@ -9,6 +10,7 @@ use serde_json::Value;
 
 use crate::support::expected::{compare_values, entries, floats};
 use crate::support::planes::{checksum, read_all};
+use crate::support::repository;
 
 fn read(path: &Path, volume: Option<usize>) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
     read_all(source::open(path, &OpenOptions { volume }), path)
@@ -52,6 +54,7 @@ fn compare_geometry(what: &str, entry: &Value, meta: &Meta) {
         entry["determinant_negative"].as_bool().unwrap(),
         "{what}: handedness"
     );
+    assert_eq!(orientation(&meta.grid.affine), entry["axcodes"].as_str().unwrap(), "{what}");
     let from_pixdim = meta.notes.contains(&Note::AffineFromPixdim);
     assert_eq!(from_pixdim, entry["affine_source"] == "pixdim", "{what}: where from");
 }
@@ -146,4 +149,17 @@ fn doubtful_files_are_refused_or_read_with_the_right_values() {
             }
         }
     }
+}
+
+#[test]
+fn letters_of_oblique_and_sheared_affines_are_nibabels() {
+    let text = std::fs::read_to_string(repository("testdata/orientation.json")).unwrap();
+    let all: Vec<Value> = serde_json::from_str(&text).unwrap();
+    for entry in &all {
+        let rows: Vec<Vec<f64>> = entry["affine"].as_array().unwrap().iter().map(floats).collect();
+        let affine =
+            Affine::from_rows([0, 1, 2].map(|r| <[f64; 4]>::try_from(&rows[r][..]).unwrap()));
+        assert_eq!(orientation(&affine), entry["axcodes"].as_str().unwrap(), "{rows:?}");
+    }
+    assert_eq!(all.len(), 240);
 }
