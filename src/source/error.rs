@@ -80,6 +80,12 @@ pub enum SourceError {
         /// What the decoder says.
         reason: String,
     },
+    /// Not enough memory for one plane.
+    #[error("{} bytes of memory for one plane are not to be had", grouped(*.bytes))]
+    Memory {
+        /// How many were asked for.
+        bytes: u64,
+    },
     /// A buffer that is not one contiguous plane.
     #[error("internal error: a plane buffer is not contiguous")]
     PlaneBuffer,
@@ -108,7 +114,7 @@ impl Failure for SourceError {
             Self::Io(e) if e.kind() == std::io::ErrorKind::NotFound => Kind::NotFound,
             Self::Io(_) | Self::Folder => Kind::Unreadable,
             Self::UnknownFormat(_) => Kind::UnknownFormat,
-            Self::Dims(DimsError::PlaneTooLarge(..)) => Kind::TooLarge,
+            Self::Dims(DimsError::PlaneTooLarge(..)) | Self::Memory { .. } => Kind::TooLarge,
             Self::Dims(_) | Self::NoSuchVolume { .. } => Kind::BadDims,
             Self::Nifti(e) => e.kind(),
             Self::Raw(e) => e.kind(),

@@ -13,6 +13,7 @@ mod order;
 mod raw;
 mod readers;
 mod surface;
+mod survey;
 mod tables;
 mod wrap;
 mod writers;
