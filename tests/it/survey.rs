@@ -5,11 +5,12 @@ use mcubes::source::{self, AnyPlanes, OpenOptions, Planes, RawInput, Volume, ope
 use mcubes::volume::{Format, Meta, Padding, StoredType, Survey};
 use ndarray::{Array3, ArrayView3};
 
-use crate::support::expected::entries;
+use crate::support::expected::{Entry, entries};
 use crate::support::planes::samples;
+use crate::support::repository;
 
 fn of_array<'a, T: mcubes::volume::Sample>(
-    array: ArrayView3<'a, T>,
+    array: &ArrayView3<'a, T>,
     planes: fn(Planes<'a, T>) -> AnyPlanes<'a>,
     change: impl Fn(&mut Meta),
 ) -> Survey {
@@ -17,7 +18,7 @@ fn of_array<'a, T: mcubes::volume::Sample>(
     let dims = Dims::checked(nx as i64, ny as i64, nz as i64, 8).unwrap();
     let mut meta = Meta::plain(Format::Memory, Grid::new(dims, Affine::IDENTITY), T::TYPE);
     change(&mut meta);
-    survey(Volume { meta, planes: planes(Planes::Resident(array)) }).unwrap()
+    survey(Volume { meta, planes: planes(Planes::Resident(*array)) }).unwrap()
 }
 
 /// The greatest variance between two groups parted at any value, and that of parting at `iso`.
@@ -44,8 +45,8 @@ fn variances(values: &[f64], iso: f64) -> (f64, f64) {
 
 #[test]
 fn ranges_and_counts_of_all_good_files_are_numpys() {
-    let (root, entries) = entries("nifti");
-    for (path, entry) in entries.iter().filter(|(_, e)| e["status"] == "good") {
+    for Entry { root, name: path, facts: entry } in entries("nifti").iter().filter(|e| e.is("good"))
+    {
         let open = || source::open(&root.join(path), &OpenOptions::default()).unwrap();
         let found = survey(open()).unwrap();
         let close = |got: f64, want: f64| (got - want).abs() <= 1e-9 * want.abs();
@@ -69,11 +70,10 @@ fn ranges_and_counts_of_all_good_files_are_numpys() {
 
 #[test]
 fn otsu_parts_real_scans_as_well_as_any_value_can() {
-    let (root, entries) = entries("nifti");
-    let scan =
-        |path: &str| path.contains("/ct_") || path.contains("/scale_") || path.contains("f32");
-    for (path, _) in entries.iter().filter(|(p, e)| e["status"] == "good" && scan(p)) {
-        let open = || source::open(&root.join(path), &OpenOptions::default()).unwrap();
+    let is_scan = |path: &str| ["ct_", "scale_", "f32"].iter().any(|part| path.contains(part));
+    for entry in entries("nifti").iter().filter(|e| e.is("good") && is_scan(&e.name)) {
+        let path = &entry.name;
+        let open = || source::open(&entry.path(), &OpenOptions::default()).unwrap();
         let found = survey(open()).unwrap();
         let Some(otsu) = found.otsu else { continue };
         let volume = open();
@@ -91,17 +91,17 @@ fn padding_is_no_part_of_the_range() {
     array[[0, 0, 0]] = -2000;
     array[[1, 1, 1]] = -1000;
     let pad = |meta: &mut Meta| meta.padding = Some(Padding { low: -2000.0, high: -2000.0 });
-    let found = of_array(array.view(), AnyPlanes::I16, pad);
+    let found = of_array(&array.view(), AnyPlanes::I16, pad);
     assert_eq!((found.range, found.n_padding), (Some((-1000.0, 40.0)), 1));
     let floats = array.mapv(f64::from);
-    let found = of_array(floats.view(), AnyPlanes::F64, pad);
+    let found = of_array(&floats.view(), AnyPlanes::F64, pad);
     assert_eq!((found.range, found.n_padding), (Some((-1000.0, 40.0)), 1));
 }
 
 #[test]
 fn bars_hold_what_lies_between_their_ends() {
     let array = Array3::from_shape_fn((10, 20, 30), |(k, j, i)| (k * j * i % 301) as u16);
-    let found = of_array(array.view(), AnyPlanes::U16, |_| {});
+    let found = of_array(&array.view(), AnyPlanes::U16, |_| {});
     let bars = found.histogram;
     let width = (bars.high - bars.low) / bars.counts.len() as f64;
     for (at, n) in bars.counts.iter().enumerate() {
@@ -115,16 +115,16 @@ fn bars_hold_what_lies_between_their_ends() {
 #[test]
 fn a_strided_array_counts_like_a_contiguous_one() {
     let array = Array3::from_shape_fn((6, 7, 8), |(k, j, i)| (k * 56 + j * 8 + i) as f32);
-    let whole = of_array(array.view(), AnyPlanes::F32, |_| {});
-    let turned = of_array(array.view().permuted_axes([2, 0, 1]), AnyPlanes::F32, |_| {});
+    let whole = of_array(&array.view(), AnyPlanes::F32, |_| {});
+    let turned = of_array(&array.view().permuted_axes([2, 0, 1]), AnyPlanes::F32, |_| {});
     assert_eq!(whole, turned);
     assert_eq!(whole.range, Some((0.0, 335.0)));
 }
 
 #[test]
 fn a_head_in_hounsfield_units_suggests_bone_and_skin() {
-    let (root, _) = entries("nifti");
-    let volume = source::open(&root.join("nifti/ct_head.nii.gz"), &OpenOptions::default()).unwrap();
+    let head = repository("testdata/ct_head.nii.gz");
+    let volume = source::open(&head, &OpenOptions::default()).unwrap();
     let all = survey(volume).unwrap().suggested();
     assert!(all.iter().any(|s| s.iso == 300.0 && s.meaning.starts_with("bone")));
     assert!(all.iter().any(|s| s.iso == -300.0 && s.meaning.starts_with("skin")));
@@ -132,11 +132,11 @@ fn a_head_in_hounsfield_units_suggests_bone_and_skin() {
 
 #[test]
 fn constant_and_empty_ranges_suggest_nothing() {
-    let found = of_array(Array3::<u8>::zeros((2, 2, 2)).view(), AnyPlanes::U8, |_| {});
+    let found = of_array(&Array3::<u8>::zeros((2, 2, 2)).view(), AnyPlanes::U8, |_| {});
     assert_eq!((found.range, found.otsu), (Some((0.0, 0.0)), None));
     assert!(found.suggested().is_empty());
     let nan = Array3::from_elem((2, 2, 2), f32::NAN);
-    let found = of_array(nan.view(), AnyPlanes::F32, |_| {});
+    let found = of_array(&nan.view(), AnyPlanes::F32, |_| {});
     assert_eq!((found.range, found.n_nan), (None, 8));
     assert!(found.suggested().is_empty() && found.histogram.counts.is_empty());
 }
@@ -146,15 +146,14 @@ fn a_mask_suggests_half_of_its_least_label() {
     let mut mask = Array3::<u8>::zeros((4, 4, 4));
     mask[[1, 1, 1]] = 2;
     mask[[2, 1, 1]] = 7;
-    let found = of_array(mask.view(), AnyPlanes::U8, |_| {});
+    let found = of_array(&mask.view(), AnyPlanes::U8, |_| {});
     assert!(found.suggested().iter().any(|s| s.iso == 1.0), "{:?}", found.suggested());
 }
 
 #[test]
 fn a_raw_volume_is_surveyed_too() {
-    let (root, _) = entries("raw");
-    let path = root.join("raw/phantom_u16_le.raw");
-    let options = source::RawOptions::new([20, 24, 28], StoredType::U16);
+    let path = repository("testdata/raw/phantom_u8_le.raw");
+    let options = source::RawOptions::new([20, 24, 28], StoredType::U8);
     let found = survey(open_raw(RawInput::Path(path), &options).unwrap()).unwrap();
-    assert_eq!(found.range, Some((0.0, 60_000.0)));
+    assert_eq!(found.range, Some((0.0, 240.0)));
 }

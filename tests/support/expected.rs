@@ -5,14 +5,39 @@ use std::path::PathBuf;
 use mcubes::volume::Meta;
 use serde_json::Value;
 
-/// The entries of one section of `expected-nifti.json`, beside the folder that their paths are in:
-/// from the large test data where they are present, else from `testdata`.
-pub fn entries(section: &str) -> (PathBuf, Vec<(String, Value)>) {
-    let root = super::shared("").unwrap_or_else(|| super::repository("testdata"));
-    let text = std::fs::read_to_string(root.join("expected-nifti.json")).unwrap();
-    let all: Value = serde_json::from_str(&text).unwrap();
-    let entries = all[section].as_object().unwrap();
-    (root, entries.iter().map(|(path, entry)| (path.clone(), entry.clone())).collect())
+/// One test volume and what is expected of it.
+pub struct Entry {
+    /// The folder that the name is in.
+    pub root: PathBuf,
+    pub name: String,
+    pub facts: Value,
+}
+
+impl Entry {
+    pub fn path(&self) -> PathBuf {
+        self.root.join(&self.name)
+    }
+
+    pub fn is(&self, status: &str) -> bool {
+        self.facts["status"] == status
+    }
+}
+
+/// The entries of one section of `expected-nifti.json`: those in `testdata` always, those in the
+/// large test data where they are present.
+pub fn entries(section: &str) -> Vec<Entry> {
+    let mut all = Vec::new();
+    for root in [Some(super::repository("testdata")), super::shared("")].into_iter().flatten() {
+        let text = std::fs::read_to_string(root.join("expected-nifti.json")).unwrap();
+        let mut facts: Value = serde_json::from_str(&text).unwrap();
+        let Value::Object(facts) = facts[section].take() else { panic!("no section {section}") };
+        all.extend(facts.into_iter().map(|(name, facts)| Entry {
+            root: root.clone(),
+            name,
+            facts,
+        }));
+    }
+    all
 }
 
 pub fn floats(value: &Value) -> Vec<f64> {
