@@ -9,6 +9,7 @@ mod cli;
 mod dicom;
 mod jpegls;
 mod nifti;
+mod nifti_hostile;
 mod order;
 mod raw;
 mod readers;
