@@ -41,7 +41,7 @@ fn write(file: &mut MeshFile, patches: &[Patch]) {
     for patch in patches {
         encoded.vertices.clear();
         encoded.faces.clear();
-        encoder.encode(patch, &mut encoded);
+        encoder.encode(patch, 0..patch.triangles.len(), &mut encoded);
         file.append(&encoded).unwrap();
         n_vertices += patch.own_vertices().len() as u64;
         n_triangles += patch.triangles.len() as u64;
