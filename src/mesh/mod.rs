@@ -2,11 +2,17 @@
 //!
 //! Knows nothing of volumes, kernels or file formats.
 
+mod fans;
 mod measure;
+#[expect(clippy::module_inception, reason = "the type of the same name")]
+mod mesh;
 mod patch;
+mod topology;
 
 pub use measure::Measure;
+pub use mesh::Mesh;
 pub use patch::Patch;
+pub use topology::{Defects, Topology};
 
 /// A triangle: three vertex ids, counter-clockwise seen from outside.
 pub type Triangle = [u32; 3];
