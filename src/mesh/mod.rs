@@ -4,12 +4,14 @@
 
 mod fans;
 mod measure;
+mod memory;
 #[expect(clippy::module_inception, reason = "the type of the same name")]
 mod mesh;
 mod patch;
 mod topology;
 
 pub use measure::Measure;
+pub use memory::Buffer;
 pub use mesh::Mesh;
 pub use patch::Patch;
 pub use topology::{Defects, Topology};

@@ -41,16 +41,16 @@ impl MeshFile {
     ///
     /// # Errors
     /// The path is a folder, its folder is missing, or the system does not let it be written.
-    pub fn create(path: &Path, options: MeshOptions) -> Result<Self, SinkError> {
-        Self::start(Target::create(path)?, options)
+    pub fn create(path: &Path, options: &MeshOptions) -> Result<Self, SinkError> {
+        Self::start(Target::create(path)?, *options)
     }
 
     /// Starts a file that goes to standard output when it is whole.
     ///
     /// # Errors
     /// There is no room for a temporary file.
-    pub fn stdout(options: MeshOptions) -> Result<Self, SinkError> {
-        Self::start(Target::stdout()?, options)
+    pub fn stdout(options: &MeshOptions) -> Result<Self, SinkError> {
+        Self::start(Target::stdout()?, *options)
     }
 
     fn start(target: Target, options: MeshOptions) -> Result<Self, SinkError> {

@@ -20,6 +20,7 @@ use obj::ObjEncoder;
 use ply::PlyEncoder;
 use stl::StlEncoder;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::mesh::Patch;
@@ -35,8 +36,9 @@ pub struct Encoded {
 
 /// Turns patches into bytes. Called from many threads, in any order.
 pub trait Encoder: Send + Sync {
-    /// Appends the patch's bytes to `out`, which is empty but keeps its capacity.
-    fn encode(&self, patch: &Patch, out: &mut Encoded);
+    /// Appends the bytes of some of the patch's triangles to `out`, and those of its own vertices
+    /// where the triangles begin with the first (`0..0` is the vertices alone).
+    fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded);
 }
 
 /// Takes the encoded patches of one surface, in order.

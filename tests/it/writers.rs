@@ -41,7 +41,7 @@ fn write(file: &mut MeshFile, patches: &[Patch]) {
     for patch in patches {
         encoded.vertices.clear();
         encoded.faces.clear();
-        encoder.encode(patch, &mut encoded);
+        encoder.encode(patch, 0..patch.triangles.len(), &mut encoded);
         file.append(&encoded).unwrap();
         n_vertices += patch.own_vertices().len() as u64;
         n_triangles += patch.triangles.len() as u64;
@@ -52,7 +52,7 @@ fn write(file: &mut MeshFile, patches: &[Patch]) {
 fn written(options: MeshOptions, patches: &[Patch]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh");
-    let mut file = MeshFile::create(&path, options).unwrap();
+    let mut file = MeshFile::create(&path, &options).unwrap();
     write(&mut file, patches);
     file.commit().unwrap();
     assert_eq!(names(folder.path()), ["mesh"]);
@@ -133,7 +133,7 @@ fn a_file_that_is_not_committed_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for format in Format::ALL {
         let path = folder.path().join("mesh");
-        let mut file = MeshFile::create(&path, MeshOptions::new(format)).unwrap();
+        let mut file = MeshFile::create(&path, &MeshOptions::new(format)).unwrap();
         assert!(!path.exists());
         write(&mut file, &tetrahedron());
         assert!(!path.exists(), "it has its name only when it is committed");
@@ -148,7 +148,7 @@ fn an_existing_file_is_replaced_at_the_end_and_kept_until_then() {
     let path = folder.path().join("mesh.stl");
     fs::write(&path, "before").unwrap();
     let options = MeshOptions::new(Format::Stl);
-    let mut file = MeshFile::create(&path, options).unwrap();
+    let mut file = MeshFile::create(&path, &options).unwrap();
     write(&mut file, &tetrahedron());
     assert_eq!(fs::read(&path).unwrap(), b"before");
     file.commit().unwrap();
@@ -160,7 +160,7 @@ fn an_existing_file_is_replaced_at_the_end_and_kept_until_then() {
 fn an_unfinished_file_cannot_be_committed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.stl");
-    let file = MeshFile::create(&path, MeshOptions::new(Format::Stl)).unwrap();
+    let file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
     assert_eq!(file.commit().unwrap_err().kind(), Kind::Internal);
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
@@ -169,7 +169,7 @@ fn an_unfinished_file_cannot_be_committed() {
 fn totals_that_do_not_match_what_was_appended_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.stl");
-    let mut file = MeshFile::create(&path, MeshOptions::new(Format::Stl)).unwrap();
+    let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
     assert_eq!(file.finish(3, 1).unwrap_err().kind(), Kind::Internal);
     let too_many = file.finish(3, 1 << 32).unwrap_err();
     assert_eq!(too_many.kind(), Kind::TooManyTriangles);
@@ -184,10 +184,10 @@ fn a_missing_folder_and_a_folder_in_place_of_a_file_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let options = MeshOptions::new(Format::Ply);
     let missing = folder.path().join("none");
-    let error = MeshFile::create(&missing.join("mesh.ply"), options).err().unwrap();
+    let error = MeshFile::create(&missing.join("mesh.ply"), &options).err().unwrap();
     assert!(matches!(&error, SinkError::NoFolder(found) if *found == missing));
     assert_eq!(error.kind(), Kind::Unwritable);
-    let error = MeshFile::create(folder.path(), options).err().unwrap();
+    let error = MeshFile::create(folder.path(), &options).err().unwrap();
     assert!(matches!(error, SinkError::IsFolder));
 }
 
@@ -203,7 +203,7 @@ mod unix {
         let plain = folder.path().join("plain");
         fs::write(&plain, "").unwrap();
         let path = folder.path().join("mesh.stl");
-        let mut file = MeshFile::create(&path, MeshOptions::new(Format::Stl)).unwrap();
+        let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
         write(&mut file, &tetrahedron());
         file.commit().unwrap();
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
@@ -218,7 +218,7 @@ mod unix {
         let link = folder.path().join("link.stl");
         symlink("other/mesh.stl", &link).unwrap();
         for _ in ["made", "replaced"] {
-            let mut file = MeshFile::create(&link, MeshOptions::new(Format::Stl)).unwrap();
+            let mut file = MeshFile::create(&link, &MeshOptions::new(Format::Stl)).unwrap();
             write(&mut file, &tetrahedron());
             file.commit().unwrap();
             assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
@@ -227,21 +227,21 @@ mod unix {
         }
         let ring = folder.path().join("ring.stl");
         symlink("ring.stl", &ring).unwrap();
-        let error = MeshFile::create(&ring, MeshOptions::new(Format::Stl)).err().unwrap();
+        let error = MeshFile::create(&ring, &MeshOptions::new(Format::Stl)).err().unwrap();
         assert_eq!(error.kind(), Kind::Unwritable);
     }
 
     #[test]
     fn a_device_is_written_to_and_a_full_one_is_reported() {
         let null = Path::new("/dev/null");
-        let mut file = MeshFile::create(null, MeshOptions::new(Format::Ply)).unwrap();
+        let mut file = MeshFile::create(null, &MeshOptions::new(Format::Ply)).unwrap();
         write(&mut file, &tetrahedron());
         file.commit().unwrap();
         assert!(!fs::metadata(null).unwrap().is_file());
 
         let full = Path::new("/dev/full");
         if full.exists() {
-            let mut file = MeshFile::create(full, MeshOptions::new(Format::Obj)).unwrap();
+            let mut file = MeshFile::create(full, &MeshOptions::new(Format::Obj)).unwrap();
             write(&mut file, &tetrahedron());
             let error = file.commit().unwrap_err();
             assert_eq!(error.kind(), Kind::Unwritable);
