@@ -1,0 +1,218 @@
+//! All ways in which the surface may pass through a cell, as tables made by rule.
+//!
+//! A *row* is the triangles of one cell. The fast tables, indexed by a cell's case byte, serve the
+//! half of the cases that its corners settle alone; the rest choose among the rows of their case
+//! (`settle`). Built once, from `loops`, `fan` and `tunnel`; nothing here depends on a volume.
+
+use std::sync::LazyLock;
+
+use super::cube::is_crossed;
+use super::fan::{CENTRE, fan};
+use super::loops::{ambiguous_faces, loops};
+use super::sound::is_sound;
+use super::tunnel::{annuli, orient, tip};
+
+/// The triangles of one cell.
+///
+/// They name vertices by *lane*, the cell's own numbering: 0 to 11 its edges (`cube`), 12 to 14 its
+/// wall vertices, 15 its centre vertex. A row has walls or a centre or neither, never both.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// How many triangles; at most 16.
+    pub n_triangles: u8,
+    /// How many wall vertices, lanes 12 and on; at most 3. They come in the order of `walls`.
+    pub n_walls: u8,
+    /// How many centre vertices, lane 15; 0 or 1.
+    pub n_centres: u8,
+    /// Three lanes a triangle, counter-clockwise seen from outside the surface, sixteen to a block.
+    pub lanes: [[u8; 16]; 3],
+    /// The faces before which the walls stand, rising.
+    pub(super) walls: [u8; 3],
+    /// The axis across which two loops of four face each other in a tunnel; else 3.
+    pub(super) axis: u8,
+    /// The edges of the loop that the centre fills, one bit each.
+    pub(super) centre_loop: u16,
+    /// The corner that a loop of three cuts off beside a centre; else 8.
+    pub(super) beside: u8,
+    /// For a row without a tunnel, those with one that joins outside or inside corners: their
+    /// numbers, 0 for none. Where a tunnel has two forms, the second follows the first.
+    pub(super) tunnels: [u16; 2],
+}
+
+/// The tables for one winding.
+pub struct Tables {
+    /// How many triangles a case has; 0 where the cell needs settling.
+    pub n_triangles: [u8; 256],
+    /// Whether the corners alone do not say what the surface is: an ambiguous face, or two corners
+    /// opposite each other between which there may be a tunnel.
+    pub needs_settling: [bool; 256],
+    /// The first block of the case's first row: three lanes a triangle. (For cases that need
+    /// settling: the row whose faces join nothing.)
+    pub corners: [[u8; 16]; 256],
+    /// By how much a cell moves the running id of each lane on. X edges, lanes 0 to 3, have ids of
+    /// their own; the four lanes of Y edges and of Z edges follow the cell's right-hand edge, left
+    /// and right alike. 0 for lanes 12 to 15.
+    pub crossed: [[u8; 16]; 256],
+    /// All rows: those of a case side by side, in the order of the bits of its ambiguous faces,
+    /// then those with a tunnel.
+    pub rows: Vec<Row>,
+    /// The first row of each case.
+    pub first_row: [u16; 256],
+}
+
+impl Tables {
+    /// The tables whose triangles are counter-clockwise seen from outside, or, `mirrored`, the
+    /// other way round: for maps that turn the space inside out.
+    pub fn get(mirrored: bool) -> &'static Self {
+        static TABLES: LazyLock<[Tables; 2]> = LazyLock::new(|| [false, true].map(Tables::new));
+        let [straight, turned] = &*TABLES;
+        if mirrored { turned } else { straight }
+    }
+
+    fn new(mirrored: bool) -> Self {
+        let mut rows = Vec::new();
+        let mut first_row = [0; 256];
+        for case in 0..=255 {
+            first_row[case as usize] = rows.len() as u16;
+            for joined in combinations(ambiguous_faces(case)) {
+                rows.push(plain_row(case, joined, mirrored));
+            }
+        }
+        let mut needs_settling = [false; 256];
+        for case in 0..=255 {
+            let first = first_row[case as usize];
+            let faces = ambiguous_faces(case);
+            needs_settling[case as usize] = faces != 0;
+            for (row, joined) in (first..).zip(combinations(faces)) {
+                for inside in [false, true] {
+                    let found = tunnel_rows(case, joined, inside, mirrored);
+                    if !found.is_empty() {
+                        rows[row as usize].tunnels[usize::from(inside)] = rows.len() as u16;
+                        needs_settling[case as usize] = true;
+                    }
+                    rows.extend(found);
+                }
+            }
+        }
+        let mut tables = Self {
+            n_triangles: [0; 256],
+            needs_settling,
+            corners: [[0; 16]; 256],
+            crossed: [[0; 16]; 256],
+            rows,
+            first_row,
+        };
+        for case in 0..256 {
+            let row = &tables.rows[usize::from(first_row[case])];
+            tables.corners[case] = row.lanes[0];
+            tables.n_triangles[case] = if needs_settling[case] { 0 } else { row.n_triangles };
+            for lane in 0..12 {
+                // Lane 4 + z + 2x, 8 + x + 2y: the right-hand edge is the one with the x bit set.
+                let counted = [lane, lane | 2, lane | 1][lane / 4];
+                tables.crossed[case][lane] = is_crossed(case as u8, counted).into();
+            }
+        }
+        tables
+    }
+}
+
+/// All subsets of a set of faces, in the order of their bits pushed together.
+fn combinations(faces: u8) -> impl Iterator<Item = u8> {
+    let places: Vec<u8> = (0..6).filter(|face| faces >> face & 1 == 1).collect();
+    (0..1u8 << places.len()).map(move |bits| {
+        places.iter().enumerate().fold(0, |set, (k, face)| set | (bits >> k & 1) << face)
+    })
+}
+
+/// The row whose loops are filled one by one.
+fn plain_row(case: u8, joined: u8, mirrored: bool) -> Row {
+    let lines = loops(case, joined);
+    let triangles = lines.iter().flat_map(|line| fan(line)).collect::<Vec<_>>();
+    debug_assert!(is_sound(&triangles, &lines, lines.len() as i32), "{case} {joined}");
+    let mut row = row(&triangles, mirrored);
+    if let Some(line) = lines.iter().find(|line| fan(line)[0][0] == CENTRE) {
+        row.n_centres = 1;
+        row.centre_loop = line.iter().fold(0, |set, edge| set | 1 << edge);
+        row.beside = lines.iter().find_map(|line| tip(line)).unwrap_or(8) as u8;
+    }
+    row
+}
+
+/// The rows in which a tunnel joins the corners inside, or those outside: none, one, or two forms
+/// of one. A candidate is a row if it is a sound patch.
+fn tunnel_rows(case: u8, joined: u8, inside: bool, mirrored: bool) -> Vec<Row> {
+    let lines = loops(case, joined);
+    let faces = ambiguous_faces(case);
+    let bands = if inside { faces & !joined } else { joined };
+    let mut found = Vec::new();
+    for annulus in annuli(case, &lines, bands, inside) {
+        let mut triangles = annulus.triangles;
+        orient(&mut triangles, &lines);
+        let used = triangles.concat();
+        for line in lines.iter().filter(|line| !used.contains(&line[0])) {
+            triangles.extend(fan(line));
+        }
+        if is_sound(&triangles, &lines, lines.len() as i32 - 2) {
+            let mut row = row(&triangles, mirrored);
+            row.n_walls = annulus.walls.len() as u8;
+            row.walls[..annulus.walls.len()].copy_from_slice(&annulus.walls);
+            row.axis = annulus.axis.unwrap_or(3);
+            found.push(row);
+        }
+    }
+    found
+}
+
+/// A row of triangles given in the direction of the loops, which have the inside on their left and
+/// so face inwards: wound outward here, unless mirrored.
+fn row(triangles: &[[u8; 3]], mirrored: bool) -> Row {
+    let mut lanes = [0; 48];
+    for (place, &[a, b, c]) in lanes.chunks_exact_mut(3).zip(triangles) {
+        place.copy_from_slice(&if mirrored { [a, b, c] } else { [a, c, b] });
+    }
+    let mut blocks = [[0; 16]; 3];
+    blocks.as_flattened_mut().copy_from_slice(&lanes);
+    Row {
+        n_triangles: triangles.len() as u8,
+        n_walls: 0,
+        n_centres: 0,
+        lanes: blocks,
+        walls: [0; 3],
+        axis: 3,
+        centre_loop: 0,
+        beside: 8,
+        tunnels: [0; 2],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_656_rows_without_and_160_with_a_tunnel() {
+        let rows = &Tables::get(false).rows;
+        assert_eq!(rows.len(), 816);
+        let (plain, tunnels) = rows.split_at(656);
+        assert_eq!(plain.iter().filter(|row| row.tunnels != [0, 0]).count(), 140);
+        assert_eq!(plain.iter().filter(|row| row.n_centres == 1).count(), 140);
+        assert_eq!(tunnels.iter().filter(|row| row.axis < 3).count(), 24);
+        let links: usize =
+            plain.iter().flat_map(|row| row.tunnels).filter(|&tunnel| tunnel != 0).count();
+        assert_eq!(links, 148);
+    }
+
+    #[test]
+    fn plain_rows_are_sound_patches() {
+        for case in 0..=255 {
+            for joined in combinations(ambiguous_faces(case)) {
+                let lines = loops(case, joined);
+                let triangles: Vec<_> = lines.iter().flat_map(|line| fan(line)).collect();
+                assert!(is_sound(&triangles, &lines, lines.len() as i32), "{case} {joined}");
+                assert!(triangles.len() <= 16);
+                let centres = lines.iter().filter(|line| fan(line)[0][0] == CENTRE).count();
+                assert!(centres <= 1, "{case} {joined}: {lines:?}");
+            }
+        }
+    }
+}
