@@ -19,3 +19,4 @@ pub mod source;
 pub mod volume;
 
 pub use error::{Error, Kind};
+pub use pipeline::{mesh, mesh_placed};

@@ -4,6 +4,9 @@
 /// claims more is refused before its planes are allocated.
 pub const MAX_PLANE_BYTES: u64 = 4 << 30;
 
+/// The largest plane in samples, 32768 × 32768: crossings of one layer then fit a `u32`.
+pub const MAX_PLANE_SAMPLES: u64 = 1 << 30;
+
 /// The largest header block or metadata element read into memory, in bytes.
 pub const MAX_HEADER_BYTES: u64 = 256 << 20;
 

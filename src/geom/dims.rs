@@ -1,6 +1,6 @@
 //! The size of a volume, checked once so that later products cannot overflow.
 
-use crate::limits::MAX_PLANE_BYTES;
+use crate::limits::{MAX_PLANE_BYTES, MAX_PLANE_SAMPLES};
 
 /// Samples along i (fastest), j and k. All are at least 1, and the number of bytes of any sample
 /// type in the whole volume fits an `i64`.
@@ -22,7 +22,7 @@ pub enum DimsError {
     Overflow(i64, i64, i64),
     /// One plane alone is beyond the limit.
     #[error(
-        "dimensions {0} x {1} x {2}: one plane of {3} bytes, the limit is {MAX_PLANE_BYTES} bytes"
+        "dimensions {0} x {1} x {2}: one plane of {3} bytes, the limit is {MAX_PLANE_SAMPLES} samples of at most {MAX_PLANE_BYTES} bytes"
     )]
     PlaneTooLarge(i64, i64, i64, u64),
 }
@@ -32,7 +32,8 @@ impl Dims {
     /// stored sample.
     ///
     /// # Errors
-    /// A number below 1, a product that overflows, a plane beyond [`MAX_PLANE_BYTES`].
+    /// A number below 1, a product that overflows, a plane beyond [`MAX_PLANE_SAMPLES`] or
+    /// [`MAX_PLANE_BYTES`].
     pub fn checked(nx: i64, ny: i64, nz: i64, sample_bytes: usize) -> Result<Self, DimsError> {
         if nx < 1 || ny < 1 || nz < 1 {
             return Err(DimsError::NotPositive(nx, ny, nz));
@@ -46,8 +47,9 @@ impl Dims {
         let plane = plane.ok_or_else(overflow)?;
         let volume = plane.checked_mul(nz.checked_add(2).ok_or_else(overflow)?);
         volume.and_then(|n| n.checked_mul(8)).ok_or_else(overflow)?;
-        let plane_bytes = nx as u64 * ny as u64 * sample_bytes as u64;
-        if plane_bytes > MAX_PLANE_BYTES {
+        let plane_samples = nx as u64 * ny as u64;
+        let plane_bytes = plane_samples.saturating_mul(sample_bytes as u64);
+        if plane_samples > MAX_PLANE_SAMPLES || plane_bytes > MAX_PLANE_BYTES {
             return Err(DimsError::PlaneTooLarge(nx, ny, nz, plane_bytes));
         }
         let size = |n: i64| usize::try_from(n).map_err(|_| overflow());

@@ -15,6 +15,13 @@ pub enum Cpu {
     Avx512,
 }
 
+impl Cpu {
+    /// The set itself, or the widest one that this processor has.
+    pub(super) fn at_most_this_processors(self) -> Self {
+        self.min(widest())
+    }
+}
+
 /// The widest set that this processor has, or a lower one named in the environment variable
 /// `MCUBES_CPU` (`scalar`, `sse2`, `avx2`, `avx512`), so that one machine tests them all.
 pub fn cpu() -> Cpu {

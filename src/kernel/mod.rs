@@ -1,18 +1,229 @@
 //! From samples to triangles: bit planes, cases, vertices, triangles of one slab.
 //!
-//! Pure: knows nothing of files, threads or clocks.
+//! ```text
+//! plane of samples ─► bits ─► layer: active cells, cases ─► settled ─► vertices, triangles
+//!   (key, simd)      (bits)       (layer, cases)            (settled)    (vertices) (emit)
+//! ```
+//!
+//! [`Kernel::count`] says how many vertices and triangles a slab has, [`Kernel::fill`] makes them
+//! at the ids they have in the whole mesh. Pure: knows nothing of files, threads or clocks.
 
+mod bits;
 mod cases;
 mod cpu;
 mod crossing;
 pub mod cube;
 mod cut;
+mod emit;
 mod fan;
+mod key;
+mod layer;
 mod loops;
+mod settled;
+mod simd;
+mod slab;
 mod sound;
 mod tunnel;
+mod vertices;
 
 pub use cases::{Row, Tables};
 pub use cpu::{Cpu, cpu};
 pub use crossing::crossing;
 pub use cut::{Cut, Side};
+pub use key::Classify;
+pub use slab::{PatchSlices, Scratch, Slab, Totals};
+
+use std::ops::Range;
+
+use crate::geom::{Dims, Place};
+use crate::volume::Rescale;
+use bits::BitPlane;
+use emit::{FirstIds, Triangles};
+use key::{Bits, Key, Threshold};
+use layer::{Cells, Counts, SLOW};
+use vertices::Placing;
+
+/// The surface of one volume at one iso value, slab by slab.
+///
+/// Layers of cells count from 0, between the border and plane 0, to `nz`, between the last plane
+/// and the border: layer s lies between the planes s - 1 and s. A layer's vertices are those on its
+/// Z edges, those inside its cells, then those on the X and the Y edges of plane s; each by (y, x).
+#[derive(Clone)]
+pub struct Kernel<T: Classify> {
+    dims: Dims,
+    threshold: Option<Threshold<T::Key>>,
+    /// 1 where values rise from the iso value into the inside, else -1.
+    sign: f64,
+    place: Place,
+    placing: Placing,
+    tables: &'static Tables,
+    counts: Counts,
+    cpu: Cpu,
+}
+
+/// What a surface is, apart from the volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rule {
+    /// The level in real units; finite.
+    pub iso: f64,
+    /// The side of it that is inside.
+    pub side: Side,
+    /// Leaves out the cells of the border, and with them the cap.
+    pub open: bool,
+}
+
+impl<T: Classify> Kernel<T> {
+    /// For samples on a grid of `dims` placed by `place`, whose real values `rescale` gives. `cpu`
+    /// is lowered to what this processor has.
+    pub fn new(dims: Dims, place: &Place, rescale: Rescale, rule: Rule, cpu: Cpu) -> Self {
+        let cut = Cut::<T>::new(rescale, rule.iso, rule.side);
+        let has_cells = !rule.open || dims.to_array().into_iter().all(|n| n > 1);
+        let tables = Tables::get(place.is_reversed());
+        let mut counts = tables.n_triangles;
+        for (count, &slow) in counts.iter_mut().zip(&tables.needs_settling) {
+            if slow {
+                *count = SLOW;
+            }
+        }
+        Self {
+            dims,
+            threshold: Threshold::of(cut).filter(|_| has_cells),
+            sign: if matches!(cut, Cut::UpTo(_)) { -1.0 } else { 1.0 },
+            placing: Placing {
+                step_i: place.step_i(),
+                step_j: place.step_j(),
+                level: rescale.level(rule.iso),
+                epsilon: place.epsilon(),
+                dims: (dims.nx(), dims.ny()),
+                open: rule.open,
+            },
+            place: place.clone(),
+            tables,
+            counts,
+            cpu: cpu.at_most_this_processors(),
+        }
+    }
+
+    /// How many vertices and triangles the slab has. What was found stays in `scratch` for
+    /// [`Kernel::fill`].
+    pub fn count(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) -> Totals {
+        let (nx, ny) = self.placing.dims;
+        let n_layers = slab.layers.len();
+        scratch.prepare(nx, ny, n_layers);
+        // The plane shared with the slab before may still be there from that slab.
+        if !scratch.take_last_plane(slab.layers.start) {
+            self.classify(slab.layers.start.checked_sub(1), slab, &mut scratch.bits[0]);
+        }
+        let mut totals = Totals::default();
+        for (n, s) in slab.layers.clone().enumerate() {
+            let (prev, cur, layer) = scratch.layer(n);
+            self.classify((s < self.dims.nz()).then_some(s), slab, cur);
+            let planes = [&prev.0, &cur.0];
+            let cells = if self.placing.open {
+                Cells::open((nx, ny), s == 0 || s == self.dims.nz())
+            } else {
+                Cells::closed(ny)
+            };
+            simd::fill_layer(self.cpu, &self.counts, planes, (nx, ny), &cells, &mut layer.cells);
+            let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
+            layer.totals = Totals::default();
+            layer.settled.clear();
+            if !layer.cells.slow.is_empty() {
+                self.settle(s, samples, layer);
+            }
+            let settled = &layer.settled;
+            layer.totals = Totals {
+                n_vertices: u64::from(layer.cells.n_z())
+                    + settled.extra.len() as u64
+                    + u64::from(cur.0.n_x())
+                    + u64::from(cur.0.n_y()),
+                n_triangles: layer.cells.n_plain_triangles + settled.n_triangles,
+            };
+            totals.n_vertices += layer.totals.n_vertices;
+            totals.n_triangles += layer.totals.n_triangles;
+        }
+        scratch.remember(slab.layers.end, n_layers);
+        totals
+    }
+
+    /// Makes the vertices and triangles of some of the layers last counted (`part`, numbered as the
+    /// volume's layers are), the first vertex at the id `first_vertex`. The slices have just the
+    /// lengths that the totals of those layers say.
+    pub fn fill(
+        &self,
+        slab: &Slab<'_, T>,
+        scratch: &Scratch,
+        part: Range<usize>,
+        first_vertex: u32,
+        out: PatchSlices<'_>,
+    ) {
+        let mut vertices = out.vertices;
+        let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
+        let mut first = first_vertex;
+        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
+            if let Some(samples) = slab.plane(k) {
+                let bits = &scratch.bits[part.start - slab.layers.start].0;
+                let origin = self.place.plane_origin(k as i64);
+                simd::plane_vertices(self.cpu, &self.placing, bits, samples, origin, ghosts);
+            }
+        }
+        for s in part {
+            let n = s - slab.layers.start;
+            let planes = [&scratch.bits[n].0, &scratch.bits[n + 1].0];
+            let layer = &scratch.layers[n];
+            let (own, rest) = vertices.split_at_mut(layer.totals.n_vertices as usize);
+            vertices = rest;
+            self.layer_vertices(s, slab, planes, layer, own);
+
+            let extra = layer.settled.extra.len() as u32;
+            let job = Triangles {
+                tables: self.tables,
+                planes,
+                layer: &layer.cells,
+                settled: &layer.settled.cells,
+                first: FirstIds::of(planes, &layer.cells, extra, first),
+                open: self.placing.open,
+            };
+            simd::emit(self.cpu, &job, triangles);
+            triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
+            first = first.wrapping_add(layer.totals.n_vertices as u32);
+        }
+    }
+
+    /// X and Y vertices of the plane before a layer: a patch's ghosts.
+    pub fn n_ghosts(&self, slab: &Slab<'_, T>, scratch: &Scratch, layer: usize) -> usize {
+        let bits = &scratch.bits[layer - slab.layers.start].0;
+        bits.n_x() as usize + bits.n_y() as usize
+    }
+
+    fn layer_vertices(
+        &self,
+        s: usize,
+        slab: &Slab<'_, T>,
+        planes: [&BitPlane; 2],
+        layer: &slab::LayerScratch,
+        out: &mut [[f32; 3]],
+    ) {
+        let (z, rest) = out.split_at_mut(layer.cells.n_z() as usize);
+        let (extra, plane) = rest.split_at_mut(layer.settled.extra.len());
+        let before = s as i64 - 1;
+        let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
+        let between = (self.place.plane_origin(before), self.place.step_k(before));
+        simd::z_vertices(self.cpu, &self.placing, planes, samples, between, z);
+        extra.copy_from_slice(&layer.settled.extra);
+        if let Some(samples) = samples[1] {
+            let origin = self.place.plane_origin(s as i64);
+            simd::plane_vertices(self.cpu, &self.placing, planes[1], samples, origin, plane);
+        }
+    }
+
+    fn classify(&self, k: Option<usize>, slab: &Slab<'_, T>, out: &mut Bits) {
+        match (self.threshold, k.and_then(|k| slab.plane(k))) {
+            (Some(threshold), Some(samples)) => {
+                let keys = bytemuck::must_cast_slice::<T, T::Key>(samples);
+                T::Key::fill(self.cpu, keys, threshold, self.placing.open, out);
+            }
+            _ => out.0.clear(),
+        }
+    }
+}

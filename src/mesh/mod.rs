@@ -3,9 +3,11 @@
 //! Knows nothing of volumes, kernels or file formats.
 
 mod measure;
+mod memory;
 mod patch;
 
 pub use measure::Measure;
+pub use memory::Buffer;
 pub use patch::Patch;
 
 /// A triangle: three vertex ids, counter-clockwise seen from outside.

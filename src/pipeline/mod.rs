@@ -1,16 +1,37 @@
 //! The flow: planes read once, slabs meshed side by side, patches out in order.
+//!
+//! ```text
+//! source ─► dispenser ─► worker: count ─► ledger ─► fill ─► encode ─► sink
+//!           (dispense)           (kernel) (sequence)          (patches, memory)
+//!           each plane once               in slab order     in slab order
+//! ```
+//!
+//! Every worker does all steps for its slab; what must be in order is done in turns.
 
+mod dispense;
 mod error;
+mod memory;
 mod options;
+mod patches;
+mod plan;
+mod pool;
+mod run;
+mod sequence;
 
-pub use error::RunError;
-pub use options::{Method, Progress, Report, RunOptions, Seconds, SurfaceOptions};
+use std::time::Instant;
 
 pub use crate::kernel::Side;
+pub use error::RunError;
+pub use memory::{Surface, mesh, mesh_placed};
+pub use options::{Method, Progress, Report, RunOptions, Seconds, SurfaceOptions};
 
 use crate::geom::Place;
+use crate::kernel::{Classify, Kernel, cpu};
 use crate::sink::Sink;
-use crate::source::Volume;
+use crate::source::{Planes, Volume};
+use crate::volume::Meta;
+use crate::with_planes;
+use patches::Patches;
 
 /// Meshes one volume for each of the surfaces asked for, reading its planes once. Sinks are
 /// finished but not yet moved to a final name.
@@ -23,6 +44,44 @@ pub fn extract(
     surfaces: Vec<(SurfaceOptions, &mut dyn Sink)>,
     options: &RunOptions<'_>,
 ) -> Result<Vec<Report>, RunError> {
-    let _ = (volume, place, surfaces, options);
-    Err(RunError::Internal("not built yet"))
+    let Volume { meta, planes } = volume;
+    with_planes!(planes, planes => extract_typed(&meta, planes, place, surfaces, options))
+}
+
+fn extract_typed<T: Classify>(
+    meta: &Meta,
+    planes: Planes<'_, T>,
+    place: &Place,
+    surfaces: Vec<(SurfaceOptions, &mut dyn Sink)>,
+    options: &RunOptions<'_>,
+) -> Result<Vec<Report>, RunError> {
+    let begun = Instant::now();
+    let dims = meta.grid.dims;
+    let (rules, sinks): (Vec<SurfaceOptions>, Vec<&mut dyn Sink>) = surfaces.into_iter().unzip();
+    let mut outputs: Vec<_> = sinks.into_iter().map(Patches::new).collect();
+    let kernels =
+        rules.iter().map(|rule| Kernel::new(dims, place, meta.rescale, rule.rule(), cpu()));
+    let outcome = run::run(planes, dims, kernels.zip(&mut outputs).collect(), options)?;
+    let mut reports = Vec::new();
+    for ((rule, totals), output) in rules.iter().zip(&outcome.totals).zip(outputs) {
+        let (sink, measure) = output.into_inner();
+        if totals.n_triangles == 0 {
+            return Err(RunError::IsoNotReached { iso: rule.iso });
+        }
+        sink.finish(totals.n_vertices, totals.n_triangles)?;
+        let spent = outcome.spent;
+        reports.push(Report {
+            n_vertices: totals.n_vertices,
+            n_triangles: totals.n_triangles,
+            measure,
+            seconds: Seconds {
+                read: spent.read.as_secs_f64(),
+                mesh: spent.mesh.as_secs_f64(),
+                write: spent.write.as_secs_f64(),
+                total: begun.elapsed().as_secs_f64(),
+            },
+            notes: outcome.notes.clone(),
+        });
+    }
+    Ok(reports)
 }

@@ -1,7 +1,7 @@
 //! What a run is asked to do, and what it reports.
 
 use crate::cancel::Cancel;
-use crate::kernel::Side;
+use crate::kernel::{Rule, Side};
 use crate::mesh::Measure;
 use crate::volume::Note;
 
@@ -31,6 +31,11 @@ pub struct SurfaceOptions {
 }
 
 impl SurfaceOptions {
+    /// What the kernel needs to know of it.
+    pub(super) fn rule(&self) -> Rule {
+        Rule { iso: self.iso, side: self.side, open: self.open }
+    }
+
     /// The closed surface at `iso`, inside at and above it.
     pub fn at(iso: f64) -> Self {
         Self { iso, side: Side::AtLeast, method: Method::Cubes, open: false, normals: false }
@@ -54,6 +59,14 @@ pub struct RunOptions<'a> {
     pub cancel: Cancel,
     /// Told of progress.
     pub progress: Option<&'a dyn Progress>,
+}
+
+impl Default for RunOptions<'_> {
+    /// As many threads as the machine offers.
+    fn default() -> Self {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        Self { threads, slab_planes: None, cancel: Cancel::new(), progress: None }
+    }
 }
 
 /// Time spent, summed over threads for the three stages; `total` is by the clock.

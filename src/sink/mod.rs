@@ -3,10 +3,24 @@
 //! An [`Encoder`] turns a patch into the bytes of its format on any thread; a [`Sink`] takes them
 //! in order. Sinks turn no coordinates and join no vertices.
 
+mod atomic;
 mod error;
+mod file;
+mod format;
+mod obj;
+mod ply;
+mod stl;
+mod text;
 
 pub use error::SinkError;
+pub use file::MeshFile;
+pub use format::{Format, MeshOptions};
 
+use obj::ObjEncoder;
+use ply::PlyEncoder;
+use stl::StlEncoder;
+
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::mesh::Patch;
@@ -14,7 +28,7 @@ use crate::mesh::Patch;
 /// The bytes of one patch.
 #[derive(Clone, Debug, Default)]
 pub struct Encoded {
-    /// What stands with the vertices; empty for STL.
+    /// What stands with the vertices, before all faces; empty for STL.
     pub vertices: Vec<u8>,
     /// What stands with the faces, after all vertices.
     pub faces: Vec<u8>,
@@ -22,8 +36,9 @@ pub struct Encoded {
 
 /// Turns patches into bytes. Called from many threads, in any order.
 pub trait Encoder: Send + Sync {
-    /// Appends the patch's bytes to `out`, which is empty but keeps its capacity.
-    fn encode(&self, patch: &Patch, out: &mut Encoded);
+    /// Appends the bytes of some of the patch's triangles to `out`, and those of its own vertices
+    /// where the triangles begin with the first (`0..0` is the vertices alone).
+    fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded);
 }
 
 /// Takes the encoded patches of one surface, in order.

@@ -1,0 +1,168 @@
+//! Bit planes: whether each sample of one plane is inside, one bit a sample.
+
+/// The inside bits of one plane, 64 a word, i in rising bit order, with what numbers the crossings
+/// in the plane.
+///
+/// Rows are counted from the border: row 0 stands for j = -1 and row `ny + 1` for j = `ny`, both
+/// always zero. A row has `ceil((nx + 1) / 64)` words, rounded up to a multiple of eight; bits from
+/// `nx` on are zero, so the topmost bit of each row is zero and the word before a row is a valid
+/// carry into it. One word stands in front of the first row for that.
+#[derive(Debug)]
+pub(super) struct BitPlane {
+    nx: usize,
+    ny: usize,
+    stride: usize,
+    words: Vec<u64>,
+    /// Whether a row has a bit.
+    any: Vec<bool>,
+    /// X crossings in the rows before each row.
+    x_before: Vec<u32>,
+    /// Y crossings before each row; those of row q lie between rows q - 1 and q.
+    y_before: Vec<u32>,
+}
+
+impl BitPlane {
+    /// All outside.
+    pub(super) fn new(nx: usize, ny: usize) -> Self {
+        let stride = (nx / 64 + 1).next_multiple_of(8);
+        Self {
+            nx,
+            ny,
+            stride,
+            words: vec![0; 1 + stride * (ny + 2)],
+            any: vec![false; ny + 2],
+            x_before: vec![0; ny + 3],
+            y_before: vec![0; ny + 3],
+        }
+    }
+
+    /// Words of a row that can hold a bit, the border's to the right of the last sample included.
+    pub(super) fn row_words(&self) -> usize {
+        self.nx / 64 + 1
+    }
+
+    /// Row `q` with the word before it in front: `1 + row_words` words at least.
+    #[inline(always)]
+    pub(super) fn row(&self, q: usize) -> &[u64] {
+        &self.words[q * self.stride..][..=self.stride]
+    }
+
+    /// Whether row `q` has a bit.
+    #[inline(always)]
+    pub(super) fn any(&self, q: usize) -> bool {
+        self.any[q]
+    }
+
+    /// X crossings in the rows before row `q`.
+    #[inline(always)]
+    pub(super) fn x_before(&self, q: usize) -> u32 {
+        self.x_before[q]
+    }
+
+    /// Y crossings before those between rows `q - 1` and `q`.
+    #[inline(always)]
+    pub(super) fn y_before(&self, q: usize) -> u32 {
+        self.y_before[q]
+    }
+
+    /// All X crossings of the plane.
+    pub(super) fn n_x(&self) -> u32 {
+        self.x_before[self.ny + 2]
+    }
+
+    /// All Y crossings of the plane.
+    pub(super) fn n_y(&self) -> u32 {
+        self.y_before[self.ny + 2]
+    }
+
+    /// Makes every sample outside.
+    pub(super) fn clear(&mut self) {
+        self.words.fill(0);
+        self.any.fill(false);
+        self.x_before.fill(0);
+        self.y_before.fill(0);
+    }
+
+    /// Takes a plane of samples; `classify` turns 64 of them into a word. `open` leaves the border
+    /// out of the crossings.
+    ///
+    /// Inlined into one function an instruction set, so that all of it is compiled for that set.
+    #[inline(always)]
+    pub(super) fn fill_with<K: Copy + Default>(
+        &mut self,
+        samples: &[K],
+        open: bool,
+        classify: impl Fn(&[K; 64]) -> u64,
+    ) {
+        let rows = self.words[1 + self.stride..].chunks_exact_mut(self.stride);
+        let any = &mut self.any[1..=self.ny];
+        for ((row, any), samples) in rows.zip(any).zip(samples.chunks_exact(self.nx)) {
+            *any = fill_row(row, samples, &classify) != 0;
+        }
+        self.count_crossings(open);
+    }
+
+    /// Numbers the crossings in the plane, row by row: a pass of its own, so that the comparison
+    /// runs at the speed of memory.
+    #[inline(always)]
+    fn count_crossings(&mut self, open: bool) {
+        let (nx, ny) = (self.nx, self.ny);
+        let words = nx.div_ceil(64);
+        let (mut n_x, mut n_y) = (0, 0);
+        for q in 1..=ny + 1 {
+            self.x_before[q] = n_x;
+            self.y_before[q] = n_y;
+            if !self.any[q] && !self.any[q - 1] {
+                continue;
+            }
+            let above = &self.words[1 + (q - 1) * self.stride..][..words];
+            let row = &self.words[1 + q * self.stride..][..words];
+            n_x += x_crossings(nx, row, open);
+            if !(open && (q == 1 || q == ny + 1)) {
+                n_y += above.iter().zip(row).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
+            }
+        }
+        self.x_before[ny + 2] = n_x;
+        self.y_before[ny + 2] = n_y;
+    }
+}
+
+/// Turns a row of samples into words; gives back their union.
+#[inline(always)]
+fn fill_row<K: Copy + Default>(
+    row: &mut [u64],
+    samples: &[K],
+    classify: &impl Fn(&[K; 64]) -> u64,
+) -> u64 {
+    let (whole, rest) = samples.as_chunks::<64>();
+    let mut any = 0;
+    for (word, chunk) in row.iter_mut().zip(whole) {
+        *word = classify(chunk);
+        any |= *word;
+    }
+    if !rest.is_empty() {
+        let mut chunk = [K::default(); 64];
+        chunk[..rest.len()].copy_from_slice(rest);
+        let word = classify(&chunk) & ((1 << rest.len()) - 1);
+        row[whole.len()] = word;
+        any |= word;
+    }
+    any
+}
+
+/// Crossings along a row, the two into the border included unless `open`.
+#[inline(always)]
+fn x_crossings(nx: usize, row: &[u64], open: bool) -> u32 {
+    let (mut n, mut carry) = (0, 0);
+    for &word in row {
+        n += (word ^ (word << 1 | carry)).count_ones();
+        carry = word >> 63;
+    }
+    // Where nx is a multiple of 64 the crossing out of the last sample falls into the next word.
+    n += carry as u32;
+    if open {
+        n -= (row[0] & 1) as u32;
+        n -= (row[(nx - 1) / 64] >> ((nx - 1) % 64) & 1) as u32;
+    }
+    n
+}

@@ -1,0 +1,224 @@
+//! Triangles: each active cell's vertex ids by a permutation of sixteen running ids.
+//!
+//! ```text
+//! lane  0..4   X edges of rows A, B, C, D (see `layer`): the next id of each row
+//!       4  6   Y edges of the plane before, left and right of the cell; the left one is always
+//!              the last one counted, so it needs no search
+//!       5  7   Y edges of the plane after
+//!       8  9   Z edges of row r - 1, left and right;  10 11  of row r
+//!       12..15 vertices in the cell: three walls, 15 the centre
+//! ```
+
+use super::bits::BitPlane;
+use super::cases::{Row, Tables};
+use super::layer::Layer;
+
+/// The running ids of a row of cells.
+pub(super) type Lanes = [u32; 16];
+
+/// Ids of the first vertices around a layer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstIds {
+    /// X and Y vertices of the plane before.
+    pub(super) x_prev: u32,
+    pub(super) y_prev: u32,
+    /// Z vertices of the layer.
+    pub(super) z: u32,
+    /// Vertices inside cells.
+    pub(super) extra: u32,
+    /// X and Y vertices of the plane after.
+    pub(super) x_cur: u32,
+    pub(super) y_cur: u32,
+}
+
+impl FirstIds {
+    /// For a layer whose first vertex has the id `first`: those of the plane before are the last
+    /// ones before it.
+    pub(super) fn of([prev, cur]: [&BitPlane; 2], layer: &Layer, n_extra: u32, first: u32) -> Self {
+        let y_prev = first.wrapping_sub(prev.n_y());
+        let extra = first.wrapping_add(layer.n_z());
+        let x_cur = extra.wrapping_add(n_extra);
+        Self {
+            x_prev: y_prev.wrapping_sub(prev.n_x()),
+            y_prev,
+            z: first,
+            extra,
+            x_cur,
+            y_cur: x_cur.wrapping_add(cur.n_x()),
+        }
+    }
+
+    /// The lanes at the beginning of a row of cells.
+    #[inline(always)]
+    pub(super) fn lanes(
+        &self,
+        [prev, cur]: [&BitPlane; 2],
+        layer: &Layer,
+        row: usize,
+        open: bool,
+    ) -> Lanes {
+        let (above, here) = (row, row + 1);
+        let mut y = [self.y_prev + prev.y_before(here), self.y_cur + cur.y_before(here)];
+        let mut z = [self.z + layer.z_before(above), self.z + layer.z_before(here)];
+        if open {
+            // The first cell's left edges are never some cell's right ones.
+            let first = |p: &BitPlane, q: usize| (p.row(q)[1] & 1) as u32;
+            let (a, b) = (first(prev, above), first(prev, here));
+            let (c, d) = (first(cur, above), first(cur, here));
+            y = [y[0] + (a ^ b), y[1] + (c ^ d)];
+            z = [z[0] + (a ^ c), z[1] + (b ^ d)];
+        }
+        let left = |id: u32| id.wrapping_sub(1);
+        [
+            self.x_prev + prev.x_before(above),
+            self.x_prev + prev.x_before(here),
+            self.x_cur + cur.x_before(above),
+            self.x_cur + cur.x_before(here),
+            left(y[0]),
+            left(y[1]),
+            y[0],
+            y[1],
+            left(z[0]),
+            z[0],
+            left(z[1]),
+            z[1],
+            0,
+            0,
+            0,
+            0,
+        ]
+    }
+}
+
+/// A cell that a decider has settled: which row of the tables it takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SettledCell {
+    pub(super) row: u16,
+    /// Vertices inside the cell.
+    pub(super) n_extra: u8,
+}
+
+/// What emitting a layer's triangles needs.
+#[derive(Clone, Copy)]
+pub(super) struct Triangles<'a> {
+    pub(super) tables: &'static Tables,
+    pub(super) planes: [&'a BitPlane; 2],
+    pub(super) layer: &'a Layer,
+    /// One for each of the layer's slow cells, in order.
+    pub(super) settled: &'a [SettledCell],
+    pub(super) first: FirstIds,
+    pub(super) open: bool,
+}
+
+impl Triangles<'_> {
+    /// Writes the ids of all triangles of the layer, three each, to the front of `out`, whose
+    /// length may go beyond: what stands there may be overwritten. `plain` and `mixed` emit a row of
+    /// cells without and with settled ones, and give back how many ids they wrote.
+    ///
+    /// Inlined into one function an instruction set.
+    #[inline(always)]
+    pub(super) fn emit_with(
+        &self,
+        out: &mut [u32],
+        plain: impl Fn(&Tables, Lanes, &[u8], &mut [u32]) -> usize,
+        mixed: impl Fn(&Tables, Lanes, &[u8], &[SettledCell], u32, &mut [u32]) -> usize,
+    ) {
+        let mut out = out;
+        let mut cases = self.layer.cases();
+        let mut settled = self.settled;
+        let mut extra = self.first.extra;
+        for run in &self.layer.rows {
+            let lanes = self.first.lanes(self.planes, self.layer, run.row as usize, self.open);
+            let (row, rest) = cases.split_at(run.n_cells as usize);
+            cases = rest;
+            let n = if run.n_slow == 0 {
+                plain(self.tables, lanes, row, out)
+            } else {
+                let (cells, rest) = settled.split_at(run.n_slow as usize);
+                settled = rest;
+                let n = mixed(self.tables, lanes, row, cells, extra, out);
+                extra += cells.iter().map(|cell| u32::from(cell.n_extra)).sum::<u32>();
+                n
+            };
+            out = &mut out[n..];
+        }
+    }
+
+    /// The definition of what every instruction set does.
+    #[inline(always)]
+    pub(super) fn emit_portable(&self, out: &mut [u32]) {
+        self.emit_with(out, plain_row, mixed_row);
+    }
+}
+
+#[inline(always)]
+fn plain_row(tables: &Tables, lanes: Lanes, cases: &[u8], out: &mut [u32]) -> usize {
+    let mut lanes = lanes;
+    let mut at = 0;
+    for &case in cases {
+        let case = usize::from(case);
+        let n = 3 * usize::from(tables.n_triangles[case]);
+        for (id, lane) in out[at..at + n].iter_mut().zip(tables.corners[case]) {
+            *id = lanes[usize::from(lane & 15)];
+        }
+        at += n;
+        advance(&mut lanes, &tables.crossed[case]);
+    }
+    at
+}
+
+#[inline(always)]
+fn mixed_row(
+    tables: &Tables,
+    lanes: Lanes,
+    cases: &[u8],
+    settled: &[SettledCell],
+    extra: u32,
+    out: &mut [u32],
+) -> usize {
+    let (mut lanes, mut extra, mut settled) = (lanes, extra, settled.iter());
+    let mut at = 0;
+    for &case in cases {
+        let case = usize::from(case);
+        let (n, corners) = match settled_row(tables, case, &mut settled, &mut extra, &mut lanes) {
+            Some(row) => (row.n_triangles, row.lanes.as_flattened()),
+            None => (tables.n_triangles[case], &tables.corners[case][..]),
+        };
+        let n = 3 * usize::from(n);
+        for (id, &lane) in out[at..at + n].iter_mut().zip(corners) {
+            *id = lanes[usize::from(lane & 15)];
+        }
+        at += n;
+        advance(&mut lanes, &tables.crossed[case]);
+    }
+    at
+}
+
+/// The row of a cell that was settled, with the lanes of the vertices inside it set; nothing where
+/// the case alone decides.
+#[inline(always)]
+pub(super) fn settled_row<'a>(
+    tables: &'a Tables,
+    case: usize,
+    settled: &mut std::slice::Iter<'_, SettledCell>,
+    extra: &mut u32,
+    lanes: &mut Lanes,
+) -> Option<&'a Row> {
+    if !tables.needs_settling[case] {
+        return None;
+    }
+    let cell = settled.next()?;
+    // Walls or a centre, never both: they may have the same ids.
+    for (lane, offset) in [(12, 0), (13, 1), (14, 2), (15, 0)] {
+        lanes[lane] = extra.wrapping_add(offset);
+    }
+    *extra += u32::from(cell.n_extra);
+    tables.rows.get(usize::from(cell.row))
+}
+
+#[inline(always)]
+fn advance(lanes: &mut Lanes, crossed: &[u8; 16]) {
+    for (id, &by) in lanes.iter_mut().zip(crossed) {
+        *id = id.wrapping_add(u32::from(by));
+    }
+}

@@ -1,0 +1,219 @@
+//! The cells between two planes: which are active, and their cases, from words of inside bits.
+
+use super::bits::BitPlane;
+
+/// A row of cells in which at least one is active.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RowRun {
+    /// Cell rows count from 0, between the border and the first row of samples, to `ny`.
+    pub(super) row: u32,
+    /// Active cells.
+    pub(super) n_cells: u32,
+    /// Those among them that need a decider.
+    pub(super) n_slow: u32,
+}
+
+/// An active cell whose case alone does not say what its surface is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlowCell {
+    /// Its place in the row, 0 to `nx`; between the samples c - 1 and c.
+    pub(super) c: u32,
+    /// Its inside bits.
+    pub(super) case: u8,
+}
+
+/// Triangles of each case, and, as the topmost bit, whether the case needs a decider (its
+/// triangles are not counted here then).
+pub(super) type Counts = [u8; 256];
+
+/// Set in [`Counts`] where a case needs a decider.
+pub(super) const SLOW: u8 = 0x80;
+
+/// One layer of cells. Its vectors only grow, so that a worker's next layer allocates nothing.
+#[derive(Debug, Default)]
+pub(super) struct Layer {
+    /// The cases of the active cells, in order; garbage after the first `n_cases`.
+    cases: Vec<u8>,
+    n_cases: usize,
+    /// The rows that have active cells, in order.
+    pub(super) rows: Vec<RowRun>,
+    /// The cells that need a decider, in order.
+    pub(super) slow: Vec<SlowCell>,
+    /// Z crossings in the rows of samples before each row, counted as the rows of bit planes are.
+    z_before: Vec<u32>,
+    /// Triangles of the cells that need no decider.
+    pub(super) n_plain_triangles: u64,
+}
+
+/// What is found in one row of cells.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RowCells {
+    pub(super) n_cells: usize,
+    pub(super) n_triangles: u32,
+}
+
+/// Four rows of bits around a row of cells, each with the word before it: A and B from the plane
+/// before (row r - 1, row r), C and D from the plane after.
+pub(super) type FourRows<'a> = [&'a [u64]; 4];
+
+/// Bytes that a row function may write past the cases that it counts.
+pub(super) const CASE_SLACK: usize = 64;
+
+impl Layer {
+    /// The cases of all active cells, in order.
+    pub(super) fn cases(&self) -> &[u8] {
+        &self.cases[..self.n_cases]
+    }
+
+    /// Z crossings in the rows before row `q`.
+    #[inline(always)]
+    pub(super) fn z_before(&self, q: usize) -> u32 {
+        self.z_before[q]
+    }
+
+    /// All Z crossings of the layer.
+    pub(super) fn n_z(&self) -> u32 {
+        self.z_before.last().copied().unwrap_or(0)
+    }
+
+    /// Finds crossings and cases between two planes. `row_cells` finds the cells of one row;
+    /// `cells` bounds the cells that may be active, `None` where the whole layer may not.
+    ///
+    /// Inlined into one function an instruction set.
+    #[inline(always)]
+    pub(super) fn fill_with(
+        &mut self,
+        planes: [&BitPlane; 2],
+        (nx, ny): (usize, usize),
+        cells: &Cells,
+        row_cells: impl Fn(FourRows<'_>, &Cells, &mut [u8], &mut Vec<SlowCell>) -> RowCells,
+    ) {
+        let [prev, cur] = planes;
+        let words = prev.row_words();
+        self.n_cases = 0;
+        self.rows.clear();
+        self.slow.clear();
+        self.n_plain_triangles = 0;
+        self.z_before.resize(ny + 3, 0);
+        let mut n_z = 0;
+        for q in 1..=ny + 1 {
+            self.z_before[q] = n_z;
+            let any = prev.any(q - 1) || prev.any(q) || cur.any(q - 1) || cur.any(q);
+            if !any || cells.is_none {
+                continue;
+            }
+            let rows = [prev.row(q - 1), prev.row(q), cur.row(q - 1), cur.row(q)];
+            let (b, d) = (&rows[1][1..=words], &rows[3][1..=words]);
+            n_z += b.iter().zip(d).map(|(b, d)| (b ^ d).count_ones()).sum::<u32>();
+            if !cells.rows.contains(&q) {
+                continue;
+            }
+            let room = self.n_cases + nx + 1 + CASE_SLACK;
+            if self.cases.len() < room {
+                self.cases.resize(room.next_power_of_two(), 0);
+            }
+            let slow_before = self.slow.len();
+            let found = row_cells(rows, cells, &mut self.cases[self.n_cases..], &mut self.slow);
+            if found.n_cells > 0 {
+                self.n_cases += found.n_cells;
+                self.n_plain_triangles += u64::from(found.n_triangles);
+                self.rows.push(RowRun {
+                    row: q as u32 - 1,
+                    n_cells: found.n_cells as u32,
+                    n_slow: (self.slow.len() - slow_before) as u32,
+                });
+            }
+        }
+        self.z_before[ny + 2] = n_z;
+    }
+}
+
+/// Which cells of a layer may be active: all of them, or only those between samples.
+#[derive(Clone, Debug)]
+pub(super) struct Cells {
+    /// Cell rows, one more than their number: as rows of bit planes are counted.
+    rows: std::ops::Range<usize>,
+    /// The word of a row that holds the cell right of the last sample, and the bits of that word
+    /// that are cells between samples.
+    last: Option<(usize, u64)>,
+    is_none: bool,
+}
+
+impl Cells {
+    /// All cells, those in the border included.
+    pub(super) fn closed(ny: usize) -> Self {
+        Self { rows: 1..ny + 2, last: None, is_none: false }
+    }
+
+    /// The cells whose eight corners are samples; `in_border` where the layer lies outside the
+    /// volume, so that it has none.
+    pub(super) fn open((nx, ny): (usize, usize), in_border: bool) -> Self {
+        Self { rows: 2..ny + 1, last: Some((nx / 64, (1 << (nx % 64)) - 1)), is_none: in_border }
+    }
+
+    /// The bits of word `w` that may be active.
+    #[inline(always)]
+    pub(super) fn mask(&self, w: usize) -> u64 {
+        let Some((last, bits)) = self.last else { return !0 };
+        (if w == 0 { !1 } else { !0 }) & (if w == last { bits } else { !0 })
+    }
+}
+
+/// The words of a row of cells at word `w`: A, B, C, D shifted to the cell's left corner, and as
+/// they are, for its right corner.
+#[inline(always)]
+pub(super) fn corner_words(rows: FourRows<'_>, w: usize) -> ([u64; 4], [u64; 4]) {
+    let right = rows.map(|row| row[w + 1]);
+    let left = rows.map(|row| row[w + 1] << 1 | row[w] >> 63);
+    (left, right)
+}
+
+/// The cells of word `w` that have corners of both kinds.
+#[inline(always)]
+pub(super) fn active((left, right): ([u64; 4], [u64; 4])) -> u64 {
+    let [a, b, c, d] = left;
+    let [e, f, g, h] = right;
+    (a | b | c | d | e | f | g | h) & !(a & b & c & d & e & f & g & h)
+}
+
+/// The definition of a row's cells: one active bit after the other, in windows of two bits.
+#[inline(always)]
+pub(super) fn row_cells(
+    counts: &Counts,
+    rows: FourRows<'_>,
+    words: usize,
+    cells: &Cells,
+    cases: &mut [u8],
+    slow: &mut Vec<SlowCell>,
+) -> RowCells {
+    let mut found = RowCells::default();
+    let mut slots = cases.iter_mut();
+    let rows = rows.map(|row| &row[..=words]);
+    for w in 0..words {
+        let corners = corner_words(rows, w);
+        let mut bits = active(corners) & cells.mask(w);
+        let (left, right) = corners;
+        found.n_cells += bits.count_ones() as usize;
+        while bits != 0 {
+            let t = bits.trailing_zeros();
+            bits &= bits - 1;
+            let case = if t == 0 {
+                let pair = |i: usize| (left[i] & 1 | (right[i] & 1) << 1) as u8;
+                pair(0) | pair(1) << 2 | pair(2) << 4 | pair(3) << 6
+            } else {
+                let pair = |i: usize| (right[i] >> (t - 1)) as u8 & 3;
+                pair(0) | pair(1) << 2 | pair(2) << 4 | pair(3) << 6
+            };
+            if let Some(slot) = slots.next() {
+                *slot = case;
+            }
+            let count = counts[case as usize];
+            if count & SLOW == 0 {
+                found.n_triangles += u32::from(count);
+            } else {
+                slow.push(SlowCell { c: w as u32 * 64 + t, case });
+            }
+        }
+    }
+    found
+}

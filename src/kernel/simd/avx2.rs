@@ -1,0 +1,218 @@
+//! AVX2: the comparison, emission by two half permutes, and the plain code compiled for BMI.
+
+use std::arch::x86_64::*;
+
+use bytemuck::must_cast;
+
+use super::super::bits::BitPlane;
+use super::super::emit::{Triangles, settled_row};
+use super::super::key::Threshold;
+use super::super::layer::{Cells, Counts, Layer, row_cells};
+use super::super::vertices::Placing;
+use crate::geom::vec3::Vec3;
+use crate::mesh::Position;
+use crate::volume::Sample;
+
+macro_rules! key {
+    ($key:ident, $n:literal, |$v:ident, $flip:ident, $at:ident| $reaches:expr, $set:ident) => {
+        pub(in super::super) mod $key {
+            use super::*;
+
+            #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+            pub(in super::super) fn fill(
+                samples: &[$key],
+                threshold: Threshold<$key>,
+                open: bool,
+                out: &mut BitPlane,
+            ) {
+                let ($flip, $at) = ($set(threshold.flip), $set(threshold.at));
+                let $flip: __m256i = must_cast($flip);
+                out.fill_with(samples, open, |chunk| {
+                    let parts: [[__m256i; $n]; 64 / (32 / size_of::<$key>()) / $n] =
+                        must_cast(*chunk);
+                    let bits = 64 / parts.len();
+                    let mut word = 0;
+                    for (i, $v) in parts.into_iter().enumerate() {
+                        word |= u64::from($reaches) << (i * bits);
+                    }
+                    word
+                });
+            }
+        }
+    };
+}
+
+key!(
+    i8,
+    1,
+    |v, flip, at| {
+        let below = _mm256_cmpgt_epi8(at, _mm256_xor_si256(v[0], flip));
+        !(_mm256_movemask_epi8(below) as u32)
+    },
+    _mm256_set1_epi8
+);
+key!(
+    i16,
+    2,
+    |v, flip, at| {
+        let below = v.map(|v| _mm256_cmpgt_epi16(at, _mm256_xor_si256(v, flip)));
+        // Packing works on each half by itself: quarters 0 2 1 3, put in order again.
+        let packed = _mm256_packs_epi16(below[0], below[1]);
+        !(_mm256_movemask_epi8(_mm256_permute4x64_epi64::<0b11_01_10_00>(packed)) as u32)
+    },
+    _mm256_set1_epi16
+);
+key!(
+    i32,
+    1,
+    |v, flip, at| {
+        let below = _mm256_cmpgt_epi32(at, _mm256_xor_si256(v[0], flip));
+        !(_mm256_movemask_ps(_mm256_castsi256_ps(below)) as u8)
+    },
+    _mm256_set1_epi32
+);
+key!(
+    f32,
+    1,
+    |v, flip, at| {
+        let v = _mm256_castsi256_ps(_mm256_xor_si256(v[0], flip));
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GE_OQ>(v, at)) as u8
+    },
+    _mm256_set1_ps
+);
+key!(
+    f64,
+    2,
+    |v, flip, at| {
+        let reached = v.map(|v| {
+            let v = _mm256_castsi256_pd(_mm256_xor_si256(v, flip));
+            _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GE_OQ>(v, at)) as u8
+        });
+        reached[0] | reached[1] << 4
+    },
+    _mm256_set1_pd
+);
+
+/// The plain code, with the instructions for single bits that came with AVX2.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn fill_layer(
+    counts: &Counts,
+    planes: [&BitPlane; 2],
+    dims: (usize, usize),
+    cells: &Cells,
+    out: &mut Layer,
+) {
+    let words = planes[0].row_words();
+    out.fill_with(planes, dims, cells, |rows, cells, cases, slow| {
+        row_cells(counts, rows, words, cells, cases, slow)
+    });
+}
+
+/// Emission: sixteen ids are two registers, so each half of the output is chosen from both.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn emit(triangles: &Triangles<'_>, out: &mut [u32]) {
+    triangles.emit_with(
+        out,
+        |tables, lanes, cases, out| {
+            let mut lanes: [__m256i; 2] = must_cast(lanes);
+            let mut at = 0;
+            for &case in cases {
+                let case = usize::from(case);
+                let n = 3 * usize::from(tables.n_triangles[case]);
+                store(permute(lanes, tables.corners[case]), n, at, out);
+                at += n;
+                lanes = add(lanes, tables.crossed[case]);
+            }
+            at
+        },
+        |tables, lanes, cases, settled, extra, out| {
+            let (mut lanes, mut extra, mut settled) = (lanes, extra, settled.iter());
+            let mut at = 0;
+            for &case in cases {
+                let case = usize::from(case);
+                let row = settled_row(tables, case, &mut settled, &mut extra, &mut lanes);
+                let ids = must_cast(lanes);
+                if let Some(row) = row {
+                    let n = 3 * usize::from(row.n_triangles);
+                    for (block, first) in row.lanes.into_iter().zip([0, 16, 32]) {
+                        if first < n {
+                            store(permute(ids, block), (n - first).min(16), at + first, out);
+                        }
+                    }
+                    at += n;
+                } else {
+                    let n = 3 * usize::from(tables.n_triangles[case]);
+                    store(permute(ids, tables.corners[case]), n, at, out);
+                    at += n;
+                }
+                lanes = must_cast(add(ids, tables.crossed[case]));
+            }
+            at
+        },
+    );
+}
+
+/// The ids at sixteen lanes.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn permute(ids: [__m256i; 2], lanes: [u8; 16]) -> [__m256i; 2] {
+    let lanes: __m128i = must_cast(lanes);
+    [lanes, _mm_bsrli_si128::<8>(lanes)].map(|lanes| {
+        let lanes = _mm256_cvtepu8_epi32(lanes);
+        let [low, high] = ids.map(|ids| _mm256_permutevar8x32_epi32(ids, lanes));
+        let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(lanes));
+        _mm256_castps_si256(_mm256_blendv_ps(
+            _mm256_castsi256_ps(low),
+            _mm256_castsi256_ps(high),
+            is_high,
+        ))
+    })
+}
+
+#[target_feature(enable = "avx2")]
+#[inline]
+fn add(ids: [__m256i; 2], by: [u8; 16]) -> [__m256i; 2] {
+    let by: __m128i = must_cast(by);
+    [
+        _mm256_add_epi32(ids[0], _mm256_cvtepu8_epi32(by)),
+        _mm256_add_epi32(ids[1], _mm256_cvtepu8_epi32(_mm_bsrli_si128::<8>(by))),
+    ]
+}
+
+/// Stores all sixteen ids where there is room, since what follows is written later; else the first
+/// `n`.
+#[inline]
+fn store(ids: [__m256i; 2], n: usize, at: usize, out: &mut [u32]) {
+    let ids: [u32; 16] = must_cast(ids);
+    let out = out.get_mut(at..).unwrap_or_default();
+    if let Some(slots) = out.first_chunk_mut() {
+        *slots = ids;
+    } else {
+        for (slot, id) in out.iter_mut().zip(ids).take(n) {
+            *slot = id;
+        }
+    }
+}
+
+/// Vertices, plain arithmetic: vectors of them were slower.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn plane_vertices<T: Sample>(
+    placing: &Placing,
+    bits: &BitPlane,
+    samples: &[T],
+    origin: Vec3,
+    out: &mut [Position],
+) {
+    placing.plane(bits, samples, origin, out);
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn z_vertices<T: Sample>(
+    placing: &Placing,
+    planes: [&BitPlane; 2],
+    samples: [Option<&[T]>; 2],
+    between: (Vec3, Vec3),
+    out: &mut [Position],
+) {
+    placing.z(planes, samples, between, out);
+}

@@ -1,0 +1,103 @@
+//! What goes into the kernel and what comes out of it.
+
+use std::ops::Range;
+
+use super::bits::BitPlane;
+use super::key::Bits;
+use super::layer::Layer;
+use super::settled::Settled;
+use crate::mesh::{Position, Triangle};
+
+/// Consecutive layers of cells, with the samples of all planes that they touch.
+#[derive(Clone, Debug)]
+pub struct Slab<'a, T> {
+    /// Which layers: `0..=nz` are all.
+    pub layers: Range<usize>,
+    /// The number of the first plane given.
+    pub first_plane: usize,
+    /// Samples of consecutive planes, `nx * ny` each, i fastest: those from `layers.start - 1` to
+    /// `layers.end - 1` that the volume has, and perhaps more on either side.
+    pub planes: &'a [&'a [T]],
+}
+
+impl<'a, T> Slab<'a, T> {
+    /// The samples of plane `k`, if the volume has it.
+    pub(super) fn plane(&self, k: usize) -> Option<&'a [T]> {
+        self.planes.get(k.checked_sub(self.first_plane)?).copied()
+    }
+}
+
+/// Numbers of vertices and triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the names say it")]
+pub struct Totals {
+    pub n_vertices: u64,
+    pub n_triangles: u64,
+}
+
+/// Where [`super::Kernel::fill`] writes.
+#[derive(Debug)]
+pub struct PatchSlices<'a> {
+    /// Repeats the X and Y vertices of the plane before the first layer, where they are wanted.
+    pub ghosts: Option<&'a mut [Position]>,
+    /// The vertices of the layers.
+    pub vertices: &'a mut [Position],
+    /// Their triangles.
+    pub triangles: &'a mut [Triangle],
+}
+
+/// What a worker keeps from counting a slab to filling it, and reuses for the next.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    /// One bit plane more than layers.
+    pub(super) bits: Vec<Bits>,
+    pub(super) layers: Vec<LayerScratch>,
+    /// The layer that begins at the plane whose bits stand at `last_bits`.
+    next_layer: Option<usize>,
+    last_bits: usize,
+}
+
+/// One layer of a slab.
+#[derive(Debug, Default)]
+pub(super) struct LayerScratch {
+    pub(super) cells: Layer,
+    pub(super) settled: Settled,
+    pub(super) totals: Totals,
+}
+
+impl Scratch {
+    /// The totals of the layer `n` of the slab last counted.
+    pub fn totals(&self, n: usize) -> Totals {
+        self.layers.get(n).map_or_else(Totals::default, |layer| layer.totals)
+    }
+
+    pub(super) fn prepare(&mut self, nx: usize, ny: usize, n_layers: usize) {
+        while self.bits.len() < n_layers + 1 {
+            self.bits.push(Bits(BitPlane::new(nx, ny)));
+        }
+        while self.layers.len() < n_layers {
+            self.layers.push(LayerScratch::default());
+        }
+    }
+
+    /// Puts the bits of the plane before `layer` in front, if they are left over from the slab
+    /// before.
+    pub(super) fn take_last_plane(&mut self, layer: usize) -> bool {
+        let is_left = self.next_layer.take() == Some(layer);
+        if is_left {
+            self.bits.swap(0, self.last_bits);
+        }
+        is_left
+    }
+
+    /// Layer `n` of the slab, and the bits of the planes before and after it.
+    pub(super) fn layer(&mut self, n: usize) -> (&mut Bits, &mut Bits, &mut LayerScratch) {
+        let (before, after) = self.bits.split_at_mut(n + 1);
+        (&mut before[n], &mut after[0], &mut self.layers[n])
+    }
+
+    pub(super) fn remember(&mut self, next_layer: usize, n_layers: usize) {
+        self.next_layer = Some(next_layer);
+        self.last_bits = n_layers;
+    }
+}

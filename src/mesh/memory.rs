@@ -1,0 +1,82 @@
+//! Large outputs in memory: address space set aside for the most there can be, of which only what
+//! is written takes memory, in huge pages where the system has them.
+//!
+//! First touch of new memory costs more than all arithmetic of a dense mesh, and growing a vector
+//! would touch it twice.
+
+use std::ops::{Deref, DerefMut};
+
+use memmap2::{Advice, MmapMut, MmapOptions};
+
+/// A slice that owns its memory.
+#[derive(Debug)]
+pub struct Buffer<T> {
+    len: usize,
+    memory: Memory<T>,
+}
+
+#[derive(Debug)]
+enum Memory<T> {
+    /// Pages of zeroes until they are written.
+    Map(MmapMut),
+    Vector(Vec<T>),
+}
+
+impl<T: bytemuck::Pod> Buffer<T> {
+    /// Address space for `len` items, all zero. Nothing where the system does not give it: the
+    /// caller then counts first and takes a [`Buffer::zeroed`].
+    pub fn reserve(len: usize) -> Option<Self> {
+        let bytes = len.checked_mul(size_of::<T>())?.max(1);
+        let mut options = MmapOptions::new();
+        options.len(bytes).no_reserve_swap();
+        let map = options.map_anon().ok()?;
+        // Where the system has no huge pages, small ones serve.
+        #[cfg(target_os = "linux")]
+        let _ = map.advise(Advice::HugePage);
+        Some(Self { len, memory: Memory::Map(map) })
+    }
+
+    /// `len` items, all zero.
+    pub fn zeroed(len: usize) -> Self {
+        Self { len, memory: Memory::Vector(vec![T::zeroed(); len]) }
+    }
+
+    /// Keeps the first `len` items.
+    pub fn truncate(&mut self, len: usize) {
+        self.len = self.len.min(len);
+    }
+}
+
+impl<T: bytemuck::Pod> Deref for Buffer<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        match &self.memory {
+            Memory::Map(map) => &bytemuck::cast_slice(&map[..self.len * size_of::<T>()])[..],
+            Memory::Vector(vector) => &vector[..self.len],
+        }
+    }
+}
+
+impl<T: bytemuck::Pod> DerefMut for Buffer<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        match &mut self.memory {
+            Memory::Map(map) => bytemuck::cast_slice_mut(&mut map[..self.len * size_of::<T>()]),
+            Memory::Vector(vector) => &mut vector[..self.len],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn address_space_costs_nothing_until_it_is_written() {
+        let mut buffer = Buffer::<[f32; 3]>::reserve(1 << 30).unwrap();
+        buffer[1 << 29] = [1.0; 3];
+        assert_eq!(buffer[(1 << 29)..][..2], [[1.0; 3], [0.0; 3]]);
+        buffer.truncate(5);
+        assert_eq!(buffer.len(), 5);
+    }
+}

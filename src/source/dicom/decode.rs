@@ -1,0 +1,55 @@
+//! Compressed frames to stored bytes: one frame at a time, its size checked before a decoder sees
+//! it, foreign decoders behind the guard.
+
+use super::error::FileFault;
+use super::layout::Layout;
+use super::syntax::{self, Codec};
+use super::{codec, rle};
+
+/// How the bytes of a frame are to be read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Image {
+    /// Bits of a decoded sample, in the low bits, where a decoder tells; nothing where bits lie as
+    /// the file's attributes say.
+    pub(super) precision: Option<u32>,
+    /// Bits of the first byte that belong to the frame before.
+    pub(super) skipped_bits: u32,
+    /// High byte first.
+    pub(super) big: bool,
+}
+
+/// Whether a fragment begins a compressed image: the first bytes of JPEG, JPEG-LS or JPEG 2000.
+pub(super) fn begins_image(head: [u8; 4]) -> bool {
+    matches!(head, [0xFF, 0xD8, 0xFF, _] | [0xFF, 0x4F, 0xFF, 0x51])
+}
+
+/// Decodes one frame in place: `stored` holds its compressed bytes, and then its samples, low byte
+/// first, in the layout's bytes a sample.
+///
+/// # Errors
+/// [`FileFault::Syntax`], [`FileFault::Codec`].
+pub(super) fn decode(
+    syntax: &str,
+    layout: &Layout,
+    stored: &mut Vec<u8>,
+) -> Result<Image, FileFault> {
+    let name = syntax::name(syntax);
+    let fail = |detail: String| FileFault::Codec { syntax: name.to_owned(), detail };
+    let Some(codec) = syntax::codec(syntax) else {
+        return Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() });
+    };
+    let image = |precision| Image { precision, skipped_bits: 0, big: false };
+    match codec {
+        Codec::Rle => {
+            *stored = rle::decode(stored, layout.n_samples(), layout.bytes)
+                .map_err(|e| fail(e.to_string()))?;
+            Ok(image(None))
+        }
+        Codec::JpegLs => Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() }),
+        Codec::Jpeg | Codec::Jpeg2000 => {
+            let (bytes, precision) = codec::decode(codec, syntax, layout, stored).map_err(fail)?;
+            *stored = bytes;
+            Ok(image(Some(precision)))
+        }
+    }
+}
