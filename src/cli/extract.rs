@@ -16,7 +16,7 @@ use crate::source;
 use crate::volume::Note;
 
 /// Meshes, and says what came of it. Gives back whether it was done.
-pub(crate) fn run(options: &Extract, term: &Term, cancel: &Cancel) -> Result<(), Kind> {
+pub(crate) fn run(options: &Extract, term: Term, cancel: &Cancel) -> Result<(), Kind> {
     let input = match &options.input {
         Input::Path(path) => path.display().to_string(),
         Input::Stdin => "standard input".to_owned(),
@@ -29,21 +29,21 @@ pub(crate) fn run(options: &Extract, term: &Term, cancel: &Cancel) -> Result<(),
             term.summary(&done.summary());
             term.details(&done.details());
             if options.json {
-                term.json(&report::done(&input, options, &done));
+                Term::json(&report::done(&input, options, &done));
             }
             Ok(())
         }
         Err(error) => {
-            term.error(&error);
+            Term::error(&error);
             if options.json {
-                term.json(&report::failed(&input, &error));
+                Term::json(&report::failed(&input, &error));
             }
             Err(error.kind())
         }
     }
 }
 
-fn mesh(options: &Extract, term: &Term, cancel: &Cancel) -> Result<Done, Error> {
+fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
     let begun = std::time::Instant::now();
     let source_path = match &options.input {
         Input::Path(path) => path.as_path(),

@@ -69,9 +69,9 @@ pub(crate) struct Extract {
 }
 
 /// Understands the main command.
-pub(crate) fn extract(args: ExtractArgs) -> Result<Extract, Usage> {
+pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     let how = "mcubes INPUT --iso V -o OUT; mcubes --help says more";
-    let Some(input) = args.input else { return Err(Usage::new("no input").hint(how)) };
+    let Some(input) = args.input.clone() else { return Err(Usage::new("no input").hint(how)) };
     let reading = reading(&args.reading)?;
     let Some(iso) = args.surface.iso else {
         return Err(Usage::new("no iso value: --iso is missing").hint(format!(
