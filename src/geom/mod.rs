@@ -7,6 +7,7 @@ mod bounds;
 mod dims;
 mod grid;
 mod place;
+mod regrid;
 mod space;
 pub mod vec3;
 
@@ -15,4 +16,5 @@ pub use bounds::Bounds;
 pub use dims::{Dims, DimsError};
 pub use grid::Grid;
 pub use place::{Place, PlaceError};
+pub use regrid::RegridError;
 pub use space::Space;

@@ -1,5 +1,6 @@
 //! What can be wrong with an input.
 
+use super::WrapError;
 use crate::error::{Failure, Kind};
 use crate::geom::DimsError;
 
@@ -13,6 +14,9 @@ pub enum SourceError {
     /// Dimensions that are no size of a volume.
     #[error(transparent)]
     Dims(#[from] DimsError),
+    /// A step that wraps a source cannot be taken.
+    #[error(transparent)]
+    Wrap(#[from] WrapError),
     /// Anything else: a stable kind, one line, and perhaps a hint. For layers whose own enums give
     /// the values; not to be used where a variant says more.
     #[error("{message}")]
@@ -33,6 +37,7 @@ impl Failure for SourceError {
             Self::Io(_) => Kind::Unreadable,
             Self::Dims(DimsError::PlaneTooLarge(..)) => Kind::TooLarge,
             Self::Dims(_) => Kind::BadDims,
+            Self::Wrap(e) => e.kind(),
             Self::Other { kind, .. } => *kind,
         }
     }
@@ -40,6 +45,7 @@ impl Failure for SourceError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::Other { hint, .. } => hint.clone(),
+            Self::Wrap(e) => e.hint(),
             _ => None,
         }
     }
