@@ -1,8 +1,8 @@
 //! What can be wrong with an input.
 
+use super::WrapError;
 use super::nifti::NiftiError;
 use super::raw::RawError;
-use super::WrapError;
 use crate::error::{Failure, Kind};
 use crate::geom::DimsError;
 
