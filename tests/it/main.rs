@@ -10,6 +10,7 @@ mod dicom;
 mod jpegls;
 mod nifti;
 mod nifti_hostile;
+mod oracle;
 mod order;
 mod raw;
 mod readers;

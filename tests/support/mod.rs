@@ -3,8 +3,10 @@
 
 pub mod expected;
 pub mod planes;
+pub mod random;
 
 pub mod manifold;
+pub mod oracle;
 
 use std::path::{Path, PathBuf};
 
