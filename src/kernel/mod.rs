@@ -164,12 +164,12 @@ impl<T: Classify> Kernel<T> {
         let mut vertices = out.vertices;
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
         let mut first = first_vertex;
-        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
-            if let Some(samples) = slab.plane(k) {
-                let bits = &scratch.bits[part.start - slab.layers.start].0;
-                let origin = self.place.plane_origin(k as i64);
-                simd::plane_vertices(self.cpu, &self.placing, bits, samples, origin, ghosts);
-            }
+        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1))
+            && let Some(samples) = slab.plane(k)
+        {
+            let bits = &scratch.bits[part.start - slab.layers.start].0;
+            let origin = self.place.plane_origin(k as i64);
+            simd::plane_vertices(self.cpu, &self.placing, bits, samples, origin, ghosts);
         }
         for s in part {
             let n = s - slab.layers.start;

@@ -19,11 +19,18 @@ pub enum RunError {
     #[error(transparent)]
     Place(#[from] PlaceError),
     /// No triangle: nothing in the volume reaches the iso value.
-    #[error("no value reaches the iso value {iso}")]
+    #[error("there is no surface at the iso value {iso}{}", described(*.range, *.open))]
     IsoNotReached {
         /// The level asked for.
         iso: f64,
+        /// The least and the greatest value, where they were looked at.
+        range: Option<(f64, f64)>,
+        /// Whether the cap was left out.
+        open: bool,
     },
+    /// No iso value was given, and the volume does not say one.
+    #[error("the volume holds more than two values: an iso value is needed")]
+    NoIso,
     /// More than a mesh file can count.
     #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]
     TooMany {
@@ -40,13 +47,24 @@ pub enum RunError {
     Internal(&'static str),
 }
 
+/// The part of a message that tells the range.
+fn described(range: Option<(f64, f64)>, open: bool) -> String {
+    match range {
+        Some((low, high)) => {
+            let open = if open { ", without the cap (--open)" } else { "" };
+            format!(": the values are {low} to {high}{open}")
+        }
+        None => String::new(),
+    }
+}
+
 impl Failure for RunError {
     fn kind(&self) -> Kind {
         match self {
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
             Self::Place(_) => Kind::OutOfRangeSpace,
-            Self::IsoNotReached { .. } => Kind::IsoNotReached,
+            Self::IsoNotReached { .. } | Self::NoIso => Kind::IsoNotReached,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Interrupted => Kind::Interrupted,
             Self::Internal(_) => Kind::Internal,
@@ -58,7 +76,10 @@ impl Failure for RunError {
             Self::Source(e) => e.hint(),
             Self::Sink(e) => e.hint(),
             Self::Place(_) => Some("--space voxel writes voxel indices instead".to_owned()),
-            Self::TooMany { .. } => Some("--crop or --downsample make the mesh smaller".to_owned()),
+            Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
+            Self::NoIso => {
+                Some("--iso 300 for bone in CT; mcubes info FILE suggests some".to_owned())
+            }
             _ => None,
         }
     }

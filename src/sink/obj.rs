@@ -17,7 +17,7 @@ pub(super) struct ObjEncoder {
 }
 
 impl ObjEncoder {
-    pub(super) fn new(options: &MeshOptions) -> Self {
+    pub(super) fn new(options: MeshOptions) -> Self {
         Self { normals: options.normals, space: options.space }
     }
 }

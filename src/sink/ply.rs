@@ -36,7 +36,7 @@ pub(super) struct PlyEncoder {
 }
 
 impl PlyEncoder {
-    pub(super) fn new(options: &MeshOptions) -> Self {
+    pub(super) fn new(options: MeshOptions) -> Self {
         Self { ascii: options.ascii, normals: options.normals, space: options.space }
     }
 }

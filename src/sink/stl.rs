@@ -28,7 +28,7 @@ pub(super) struct StlEncoder {
 }
 
 impl StlEncoder {
-    pub(super) fn new(options: &MeshOptions) -> Self {
+    pub(super) fn new(options: MeshOptions) -> Self {
         Self { ascii: options.ascii, space: options.space }
     }
 }

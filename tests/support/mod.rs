@@ -5,6 +5,7 @@ pub mod expected;
 pub mod planes;
 pub mod random;
 
+pub(crate) mod dicom;
 pub mod manifold;
 pub mod oracle;
 
