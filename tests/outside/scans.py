@@ -78,7 +78,7 @@ for folder in studies:
     reader.SetFileNames(max(series, key=len))
     image = reader.Execute()
     values = SimpleITK.GetArrayViewFromImage(image)
-    iso = float(np.percentile(values, 90)) + 0.5
+    iso = float(values.min() + 0.4 * (float(values.max()) - float(values.min())))
     mesh = judge.mesh([folder, "--iso", iso], f"DICOM {folder.name}")
     if mesh is None:
         continue
