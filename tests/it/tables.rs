@@ -132,11 +132,13 @@ fn in_face(edge: u8, face: usize) -> [usize; 2] {
     edge_corners(edge.into()).map(|corner| corner & !(1 << (face / 2)))
 }
 
+/// The directed lines on one face, each from edge to edge.
+type Lines = Vec<[[usize; 2]; 2]>;
+
 #[test]
 fn cells_on_either_side_of_a_face_draw_the_same_lines() {
     let tables = Tables::get(false);
-    #[expect(clippy::type_complexity, reason = "spelt out once")]
-    let mut drawn: BTreeMap<(usize, u8), [BTreeSet<Vec<[[usize; 2]; 2]>>; 2]> = BTreeMap::new();
+    let mut drawn: BTreeMap<(usize, u8), [BTreeSet<Lines>; 2]> = BTreeMap::new();
     for case in 0..256usize {
         for number in plain_rows(case) {
             let border = border(&triangles(&tables.rows[number]));
