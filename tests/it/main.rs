@@ -7,6 +7,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod cells;
 mod cli;
 mod dicom;
 mod dicom_hostile;
