@@ -33,12 +33,12 @@ fn marked<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, values: &[f64]) -> 
                 let place = (x.ordinal() - T::FIRST) as usize;
                 *mark = table.get(place).copied().unwrap_or(0);
             }
-        } else {
-            to.fill(0);
-            for &value in &named {
-                for (&x, mark) in from.iter().zip(to.iter_mut()) {
-                    *mark |= u8::from(x == value);
-                }
+            return;
+        }
+        to.fill(0);
+        for &value in &named {
+            for (&x, mark) in from.iter().zip(to.iter_mut()) {
+                *mark |= u8::from(x == value);
             }
         }
     })
