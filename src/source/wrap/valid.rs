@@ -8,11 +8,17 @@ use crate::volume::{Meta, Padding, Sample};
 #[derive(Clone, Debug)]
 pub(super) struct Valid<T> {
     padding: Option<RangeInclusive<T>>,
+    floats: bool,
 }
 
 impl<T: Sample> Valid<T> {
     pub(super) fn new(meta: &Meta) -> Self {
-        Self { padding: meta.padding.and_then(within::<T>) }
+        Self { padding: meta.padding.and_then(within::<T>), floats: is_float::<T>() }
+    }
+
+    /// Whether every value of the type counts.
+    pub(super) fn all(&self) -> bool {
+        self.padding.is_none() && !self.floats
     }
 
     /// Whether a sample counts.
@@ -21,6 +27,11 @@ impl<T: Sample> Valid<T> {
         let number = x.partial_cmp(&x).is_some();
         number && !self.padding.as_ref().is_some_and(|p| p.contains(&x))
     }
+}
+
+fn is_float<T: Sample>() -> bool {
+    use crate::volume::StoredType::{F32, F64};
+    matches!(T::TYPE, F32 | F64)
 }
 
 /// The values of the type that lie in a range of padding, if there are any.
