@@ -70,9 +70,9 @@ fn decode_rows(
         let line = scan.line(&mut bits).map_err(|fault| at_row(data, fault, &bits, row, rows))?;
         // A sample is at most MAXVAL, which is at most 65 535.
         samples.extend(line.iter().map(|&sample| sample as u16));
-        if row == rows || row % lines == 0 {
-            let finished = bits.finish();
-            finished.map_err(|_| JpegLsError::LeftOver { row, rows, offset: bits.pos() })?;
+        let ends = row == rows || row % lines == 0;
+        if ends && bits.finish().is_err() {
+            return Err(JpegLsError::LeftOver { row, rows, offset: bits.pos() });
         }
         if row < rows && row % lines == 0 {
             let begin = restart(data, bits.pos(), row, restarts)?;
