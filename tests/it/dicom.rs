@@ -19,7 +19,7 @@ use serde_json::Value;
 use crate::support::shared;
 
 /// All real values of a volume, plane after plane.
-fn values(volume: Volume<'_>) -> Result<Vec<f64>, String> {
+pub(crate) fn values(volume: Volume<'_>) -> Result<Vec<f64>, String> {
     fn read<T: Sample>(
         planes: Planes<'_, T>,
         [nx, ny, nz]: [usize; 3],
@@ -172,6 +172,20 @@ fn every_folder_gives_what_pydicom_and_simpleitk_see() {
             continue;
         }
         let Some((study, index)) = opened else { continue };
+        let meta = study.volumes[index].meta.as_ref().expect("facts");
+        let said: Vec<String> = meta.notes.iter().map(ToString::to_string).collect();
+        let warned = said.iter().any(|n| !n.contains("double image"));
+        let choice = study.choice(index).is_some();
+        let as_expected = match expect {
+            "mesh" => !warned && !choice,
+            "mesh-warn" => warned,
+            // A study on its own has a choice of volumes.
+            "choose" => choice || study.volumes.len() == 1,
+            _ => true,
+        };
+        if !as_expected {
+            wrong.push(format!("{path}: {expect}, but said {said:?}, choice {choice}"));
+        }
         if default.is_null() {
             if expect == "error"
                 && let Ok(_) = study

@@ -7,6 +7,8 @@ mod support;
 
 mod cli;
 mod dicom;
+mod dicom_hostile;
+mod dicom_synthetic;
 mod jpegls;
 mod nifti;
 mod nifti_hostile;

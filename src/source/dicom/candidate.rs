@@ -2,13 +2,16 @@
 
 use super::error::{DicomError, FileFault};
 use super::instance::Instance;
-use super::order::{self, ArrangeError, Missing};
+use super::order::{self, ArrangeError, Arranged, Missing};
 use super::pixels::Pixels;
 use super::series::{self, FrameRef, Group};
 use super::syntax;
 use crate::geom::Grid;
 use crate::geom::vec3::Vec3;
 use crate::volume::{Format, Meta, Note, Padding, Rescale, SeriesFacts};
+
+/// Slices added at most to a segmentation that leaves out empty frames.
+const MOST_FILLED: usize = 1 << 16;
 
 /// A volume that a study holds, or nearly holds.
 #[derive(Clone, Debug)]
@@ -120,7 +123,19 @@ fn place(
     };
     let positions: Vec<Vec3> =
         candidate.frames.iter().filter_map(|r| r.get(instances)?.1.position).collect();
-    let arranged = match order::arrange(&facing, &positions, first.slice_spacing) {
+    let arranged = order::arrange(&facing, &positions, first.slice_spacing);
+    let arranged = match arranged {
+        Ok(Arranged { missing: Some(missing), .. })
+            if first.is_segmentation && missing.count <= MOST_FILLED =>
+        {
+            // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
+            let filled = missing.fill(&positions, &mut candidate.frames, FrameRef::EMPTY);
+            candidate.dims[2] = filled.len();
+            order::arrange(&facing, &filled, first.slice_spacing)
+        }
+        arranged => arranged,
+    };
+    let arranged = match arranged {
         Ok(arranged) => arranged,
         Err(ArrangeError::TooFew) => {
             let (images, name) = (group.frames.len(), first.name.clone());
@@ -158,7 +173,7 @@ fn missing_error(
 /// A frame's name: the file's, with the frame's number from 1 where the file has several.
 fn frame_name((instance, frame): (&Instance, &super::instance::Frame)) -> String {
     if instance.n_frames > 1 {
-        format!("{} frame {}", instance.name, frame.index + 1)
+        format!("{} frame {}", instance.name, frame.index + 1).trim_start().to_owned()
     } else {
         instance.name.clone()
     }

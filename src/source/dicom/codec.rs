@@ -135,7 +135,12 @@ fn innermost(error: &dyn std::error::Error) -> String {
     while let Some(source) = error.source() {
         error = source;
     }
-    one_line(error)
+    let line = one_line(error);
+    // What the JPEG 2000 decoder says of whatever it cannot read.
+    if line.contains("Null pointer") {
+        return "the codestream is damaged or cut short".to_owned();
+    }
+    line
 }
 
 /// What a compressed image says of itself.

@@ -1,6 +1,8 @@
 //! Compressed frames to stored bytes: one frame at a time, its size checked before a decoder sees
 //! it, foreign decoders behind the guard.
 
+use std::io::Read;
+
 use super::error::FileFault;
 use super::layout::Layout;
 use super::syntax::{self, Codec};
@@ -23,6 +25,18 @@ pub(super) fn begins_image(head: [u8; 4]) -> bool {
     matches!(head, [0xFF, 0xD8, 0xFF, _] | [0xFF, 0x4F, 0xFF, 0x51])
 }
 
+/// Bytes of one frame that stands alone.
+fn frame_bytes(layout: &Layout) -> u64 {
+    layout.native_bytes(1).unwrap_or(u64::MAX)
+}
+
+/// Inflates a frame (raw deflate), no further than its own size.
+fn inflate(deflated: &[u8], layout: &Layout) -> std::io::Result<Vec<u8>> {
+    let mut out = Vec::new();
+    flate2::read::DeflateDecoder::new(deflated).take(frame_bytes(layout)).read_to_end(&mut out)?;
+    Ok(out)
+}
+
 /// Decodes one frame in place: `stored` holds its compressed bytes, and then its samples, low byte
 /// first, in the layout's bytes a sample.
 ///
@@ -43,6 +57,14 @@ pub(super) fn decode(
         Codec::Rle => {
             *stored = rle::decode(stored, layout.n_samples(), layout.bytes)
                 .map_err(|e| fail(e.to_string()))?;
+            Ok(image(None))
+        }
+        Codec::Deflate => {
+            *stored = inflate(stored, layout).map_err(|e| fail(super::blob::one_line(&e)))?;
+            let (found, wanted) = (stored.len() as u64, frame_bytes(layout));
+            if found < wanted {
+                return Err(FileFault::PixelsEnd { found, wanted });
+            }
             Ok(image(None))
         }
         Codec::JpegLs => Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() }),

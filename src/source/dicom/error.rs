@@ -181,9 +181,9 @@ impl Failure for FileFault {
 #[non_exhaustive]
 pub enum DicomError {
     /// One file is to blame. `name` is relative to the input.
-    #[error("{name}: {fault}{}", others(*.more))]
+    #[error("{}{fault}{}", at(.name), others(*.more))]
     File {
-        /// The file.
+        /// The file; empty where it is the input itself.
         name: String,
         /// What is wrong with it.
         fault: FileFault,
@@ -219,7 +219,7 @@ pub enum DicomError {
         name: String,
     },
     /// Images that do not say where they lie.
-    #[error("the images do not say where they lie: {what} ({names})")]
+    #[error("the images do not say where they lie: {what}{}", in_brackets(.names))]
     NoGeometry {
         /// What is absent or wrong.
         what: String,
@@ -233,7 +233,7 @@ pub enum DicomError {
         what: String,
     },
     /// A gap that says that slices are missing.
-    #[error("{count} slice{} missing: {gaps}, the others are {step} mm apart", if *.count == 1 { " is" } else { "s are" })]
+    #[error("{count} slice{} missing: {gaps}, the others are {step} mm apart{}", if *.count == 1 { " is" } else { "s are" }, left_out(.faults))]
     MissingSlices {
         /// How many.
         count: usize,
@@ -259,10 +259,22 @@ pub enum DicomError {
 
 fn few(images: usize, name: &str) -> String {
     if images == 1 {
-        format!("a single image ({name}) is")
+        format!("a single image{} is", in_brackets(name))
     } else {
-        format!("all {images} images lie at one position ({name}), which is")
+        format!("all {images} images lie at one position{}, which is", in_brackets(name))
     }
+}
+
+fn at(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!("{name}: ") }
+}
+
+fn left_out(faults: &str) -> String {
+    if faults.is_empty() { String::new() } else { format!("; left out: {faults}") }
+}
+
+fn in_brackets(name: &str) -> String {
+    if name.is_empty() { String::new() } else { format!(" ({name})") }
 }
 
 fn others(more: usize) -> String {
@@ -297,9 +309,6 @@ impl Failure for DicomError {
             }
             Self::TooFew { .. } => {
                 Some("give the folder with all slices of the series as input".to_owned())
-            }
-            Self::MissingSlices { faults, .. } if !faults.is_empty() => {
-                Some(format!("{faults}; --gaps span meshes across the gap"))
             }
             Self::MissingSlices { .. } => {
                 Some("copy the missing images, or --gaps span meshes across the gap".to_owned())

@@ -174,7 +174,7 @@ fn find_missing(gaps: &[f64]) -> Option<Missing> {
     let mut count = 0_usize;
     for (index, &gap) in gaps.iter().enumerate() {
         let times = (gap / step_mm).round();
-        if (gap / step_mm - times).abs() > MULTIPLE * times || !(1.0..1e6).contains(&times) {
+        if (gap / step_mm - times).abs() > MULTIPLE * times || !(1.0..1e4).contains(&times) {
             return None;
         }
         if times > 1.0 {
@@ -195,6 +195,31 @@ fn find_missing(gaps: &[f64]) -> Option<Missing> {
 }
 
 impl Missing {
+    /// The positions with those between added that make the grid even; `items`, one a position,
+    /// gets `empty` there.
+    pub(super) fn fill<T: Copy>(
+        &self,
+        positions: &[Vec3],
+        items: &mut Vec<T>,
+        empty: T,
+    ) -> Vec<Vec3> {
+        let (mut filled, mut filled_items) = (Vec::new(), Vec::new());
+        for (k, (&position, &item)) in positions.iter().zip(items.iter()).enumerate() {
+            filled.push(position);
+            filled_items.push(item);
+            let gap = self.gaps.iter().find(|(below, _)| *below == k);
+            let (Some((_, gap)), Some(&next)) = (gap, positions.get(k + 1)) else { continue };
+            let times = (gap / self.step_mm).round();
+            let step = scale(sub(next, position), 1.0 / times);
+            for n in 1..times as usize {
+                filled.push(add(position, scale(step, n as f64)));
+                filled_items.push(empty);
+            }
+        }
+        *items = filled_items;
+        filled
+    }
+
     /// The error, with the gaps told by the files on either side.
     pub(super) fn error(&self, name: impl Fn(usize) -> String, faults: String) -> DicomError {
         let shown: Vec<String> = self

@@ -38,7 +38,8 @@ enum Bytes {
 
 /// One slice: its pixels, which of their frames, and its rescale and padding.
 pub(super) struct Slice {
-    pub(super) pixels: Arc<Pixels>,
+    /// Nothing where no frame was stored: all zero.
+    pub(super) pixels: Option<Arc<Pixels>>,
     pub(super) frame: u64,
     pub(super) slope: f64,
     pub(super) inter: f64,
@@ -57,8 +58,17 @@ impl Pixels {
         let mut open: Vec<Option<Arc<Self>>> = vec![None; instances.len()];
         let mut slices = Vec::with_capacity(frames.len());
         for reference in frames {
-            let Some((instance, frame)) = reference.get(instances) else { continue };
-            let Some(slot) = open.get_mut(reference.instance) else { continue };
+            let found = reference.get(instances).zip(open.get_mut(reference.instance));
+            let Some(((instance, frame), slot)) = found else {
+                slices.push(Slice {
+                    pixels: None,
+                    frame: 0,
+                    slope: 1.0,
+                    inter: 0.0,
+                    padding: None,
+                });
+                continue;
+            };
             let pixels = if let Some(pixels) = slot {
                 Arc::clone(pixels)
             } else {
@@ -66,7 +76,7 @@ impl Pixels {
                 Arc::clone(slot.insert(Arc::new(pixels)))
             };
             slices.push(Slice {
-                pixels,
+                pixels: Some(pixels),
                 frame: frame.index,
                 slope: frame.slope,
                 inter: frame.inter,
@@ -215,7 +225,6 @@ impl Pixels {
             super::unpack::real(&instance.layout, &image, &stored, &mut samples, |v| v);
             Some(samples)
         };
-        // Cheap where it can be: a copy of the file has the same identity.
         read(a).is_some_and(|samples| Some(samples) == read(b))
     }
 }

@@ -5,7 +5,9 @@ use std::marker::PhantomData;
 
 use ndarray::ArrayViewMut2;
 
+use super::decode::Image;
 use super::error::DicomError;
+use super::layout::Layout;
 use super::pixels::Slice;
 use super::unpack::{self, FromStored};
 use crate::source::{AnyPlanes, Planes, PositionedPlanes, SourceError};
@@ -67,8 +69,16 @@ impl<T: Sample> PositionedPlanes<T> for Frames<T> {
     }
 }
 
-fn named(slice: &Slice, fault: super::FileFault) -> DicomError {
-    DicomError::File { name: slice.pixels.name.clone(), fault, more: 0 }
+/// Reads the frame of a slice; nothing where none was stored, so that the plane is zero.
+fn read<'a>(
+    slice: &'a Slice,
+    bytes: &mut Vec<u8>,
+) -> Result<Option<(&'a Layout, Image)>, DicomError> {
+    let Some(pixels) = &slice.pixels else { return Ok(None) };
+    match pixels.read(slice.frame, bytes) {
+        Ok(image) => Ok(Some((&pixels.layout, image))),
+        Err(fault) => Err(DicomError::File { name: pixels.name.clone(), fault, more: 0 }),
+    }
 }
 
 fn stored<T: FromStored>(
@@ -76,29 +86,38 @@ fn stored<T: FromStored>(
     bytes: &mut Vec<u8>,
     out: &mut [T],
 ) -> Result<(), DicomError> {
-    let image = slice.pixels.read(slice.frame, bytes).map_err(|f| named(slice, f))?;
-    unpack::integers(&slice.pixels.layout, &image, bytes, out);
+    match read(slice, bytes)? {
+        Some((layout, image)) => unpack::integers(layout, &image, bytes, out),
+        None => out.fill(T::default()),
+    }
     Ok(())
 }
 
 fn float(slice: &Slice, bytes: &mut Vec<u8>, out: &mut [f32]) -> Result<(), DicomError> {
-    let image = slice.pixels.read(slice.frame, bytes).map_err(|f| named(slice, f))?;
-    unpack::floats(&slice.pixels.layout, &image, bytes, out, |v| v as f32);
+    match read(slice, bytes)? {
+        Some((layout, image)) => unpack::floats(layout, &image, bytes, out, |v| v as f32),
+        None => out.fill(0.0),
+    }
     Ok(())
 }
 
 fn double(slice: &Slice, bytes: &mut Vec<u8>, out: &mut [f64]) -> Result<(), DicomError> {
-    let image = slice.pixels.read(slice.frame, bytes).map_err(|f| named(slice, f))?;
-    unpack::floats(&slice.pixels.layout, &image, bytes, out, |v| v);
+    match read(slice, bytes)? {
+        Some((layout, image)) => unpack::floats(layout, &image, bytes, out, |v| v),
+        None => out.fill(0.0),
+    }
     Ok(())
 }
 
 /// Real values; padding becomes NaN, which is outside at any level.
 fn real(slice: &Slice, bytes: &mut Vec<u8>, out: &mut [f64]) -> Result<(), DicomError> {
-    let image = slice.pixels.read(slice.frame, bytes).map_err(|f| named(slice, f))?;
+    let Some((layout, image)) = read(slice, bytes)? else {
+        out.fill(0.0);
+        return Ok(());
+    };
     let rescale = Rescale::new(slice.slope, slice.inter).unwrap_or(Rescale::IDENTITY);
     let padding = slice.padding.map(|(low, high)| (low as f64, high as f64));
-    unpack::real(&slice.pixels.layout, &image, bytes, out, |v| match padding {
+    unpack::real(layout, &image, bytes, out, |v| match padding {
         Some((low, high)) if v >= low && v <= high => f64::NAN,
         _ => rescale.real(v),
     });

@@ -30,11 +30,16 @@ pub(super) fn decode(frame: &[u8], n: usize, bytes: usize) -> Result<Vec<u8>, Rl
     }
     let mut out = vec![0; n * bytes];
     for segment in 0..bytes {
-        let offset = word(segment + 1)?;
-        let len = frame.len();
-        let wrong = RleError::Offset { segment: segment + 1, offset, len };
-        let end = if segment + 1 < bytes { word(segment + 2)? as usize } else { len };
-        let packed = frame.get(offset as usize..end).filter(|_| offset >= 64).ok_or(wrong)?;
+        let offset = |segment: usize| {
+            let (offset, len) = (word(segment + 1)?, frame.len());
+            let within = offset >= 64 && offset as usize <= len;
+            let wrong = RleError::Offset { segment: segment + 1, offset, len };
+            if within { Ok(offset as usize) } else { Err(wrong) }
+        };
+        let begin = offset(segment)?;
+        let end = if segment + 1 < bytes { offset(segment + 1)? } else { frame.len() };
+        // Segments out of order are as good as empty.
+        let packed = frame.get(begin..end).unwrap_or_default();
         let found = unpack(packed, &mut out, bytes - 1 - segment, bytes);
         if found < n {
             return Err(RleError::Short { segment: segment + 1, found, wanted: n });

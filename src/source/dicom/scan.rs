@@ -52,7 +52,8 @@ pub fn scan(path: &Path, options: &ScanOptions<'_>) -> Result<Study, Error> {
 /// One file; for a DICOMDIR the folder that it lies in.
 fn single(path: &Path, blob: Blob, options: &ScanOptions<'_>) -> Result<Study, Error> {
     let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let scanned = scan_file(blob, name.clone());
+    // The input itself needs no name within the input.
+    let scanned = scan_file(blob, String::new());
     match scanned {
         Scanned::Aside { what: What::Directory, .. } => {
             let folder = path.parent().filter(|p| !p.as_os_str().is_empty());

@@ -18,6 +18,9 @@ pub(super) struct FrameRef {
 }
 
 impl FrameRef {
+    /// A slice that no frame was stored for: all zero.
+    pub(super) const EMPTY: Self = Self { instance: usize::MAX, frame: usize::MAX };
+
     pub(super) fn get(self, instances: &[Instance]) -> Option<(&Instance, &Frame)> {
         let instance = instances.get(self.instance)?;
         Some((instance, instance.frames.get(self.frame)?))

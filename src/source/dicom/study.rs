@@ -9,7 +9,7 @@ use super::instance::Instance;
 use super::pixels::Pixels;
 use super::planes;
 use super::series;
-use super::set_aside::SetAside;
+use super::set_aside::{SetAside, What};
 use crate::error::Error;
 use crate::source::Volume;
 use crate::volume::Note;
@@ -77,7 +77,8 @@ impl Study {
                 meta.n_volumes = n_volumes;
             }
         }
-        note_neighbours(&mut volumes);
+        note_neighbours(&mut volumes, &instances);
+        note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
         let faults = faults.into_iter().map(|(name, _, fault)| (name, fault)).collect();
         Self {
@@ -107,7 +108,9 @@ impl Study {
                 (None, Some(Candidate { problem: Some(problem), .. })) => {
                     self.error(problem.clone())
                 }
-                _ => self.error(DicomError::NoSeries { found: self.describe_set_aside() }),
+                _ => {
+                    self.error(DicomError::NoSeries { found: describe(&self.set_aside, |_| true) })
+                }
             }
         })
     }
@@ -152,14 +155,24 @@ impl Study {
     }
 
     /// The files of a volume in the order of its slices, relative to the input, each with the
-    /// number of its frame, from 0.
+    /// number of its frame, from 0. Slices of a segmentation that no frame is stored for are not
+    /// among them.
     pub fn slices(&self, index: usize) -> Vec<(&str, u64)> {
         let frames = self.volumes.get(index).map(|v| v.frames.as_slice()).unwrap_or_default();
         frames
             .iter()
             .filter_map(|r| r.get(&self.instances))
-            .map(|(instance, frame)| (instance.name.as_str(), frame.index))
+            .map(|(instance, frame)| (self.name_of(instance), frame.index))
             .collect()
+    }
+
+    /// A file's name; where the file is the input, the input's.
+    fn name_of<'a>(&'a self, instance: &'a Instance) -> &'a str {
+        if instance.name.is_empty() {
+            self.root.file_name().and_then(|n| n.to_str()).unwrap_or_default()
+        } else {
+            &instance.name
+        }
     }
 
     fn error(&self, problem: DicomError) -> Error {
@@ -168,23 +181,24 @@ impl Study {
 
     /// An error about one file, at the file's own path.
     fn file_error(&self, name: &str, fault: &FileFault, more: usize) -> Error {
-        if more == 0 && (name.is_empty() || !self.root.is_dir()) {
-            return Error::at(&self.root, fault.clone());
-        }
         self.error(DicomError::File { name: name.to_owned(), fault: fault.clone(), more })
     }
 
-    fn describe_set_aside(&self) -> String {
-        let mut counts: Vec<(super::What, usize)> = Vec::new();
-        for aside in &self.set_aside {
-            match counts.iter_mut().find(|(what, _)| *what == aside.what) {
-                Some((_, count)) => *count += aside.count,
-                None => counts.push((aside.what, aside.count)),
-            }
-        }
-        let all: Vec<String> =
-            counts.iter().map(|(what, n)| format!("{n} {}", what.name(*n))).collect();
-        all.join(", ")
+    /// What to say where a volume was taken without being asked for and there are others: which
+    /// it is, and which the others are. Nothing where there is no choice.
+    pub fn choice(&self, index: usize) -> Option<Note> {
+        let taken = self.volumes.get(index)?;
+        let others: Vec<String> = self
+            .volumes
+            .iter()
+            .enumerate()
+            .filter(|(other, volume)| *other != index && volume.is_plausible())
+            .map(|(_, volume)| volume.title())
+            .collect();
+        (!others.is_empty()).then(|| {
+            let (title, others) = (taken.title(), others.join("; "));
+            Note::Other(format!("volume {title} is meshed; --series N chooses another: {others}"))
+        })
     }
 }
 
@@ -211,27 +225,62 @@ fn series_order(a: &Instance, b: &Instance) -> std::cmp::Ordering {
         .then_with(|| a.series_uid.cmp(&b.series_uid))
 }
 
+/// The kinds of what was set aside, with their counts.
+fn describe(set_aside: &[SetAside], shown: impl Fn(What) -> bool) -> String {
+    let mut counts: Vec<(What, usize)> = Vec::new();
+    for aside in set_aside.iter().filter(|a| shown(a.what)) {
+        match counts.iter_mut().find(|(what, _)| *what == aside.what) {
+            Some((_, count)) => *count += aside.count,
+            None => counts.push((aside.what, aside.count)),
+        }
+    }
+    let all: Vec<String> =
+        counts.iter().map(|(what, n)| format!("{n} {}", what.name(*n))).collect();
+    all.join(", ")
+}
+
+/// Says of each volume what was set aside beside it; directories and files that are no DICOM are
+/// not worth a word.
+fn note_set_aside(volumes: &mut [Candidate], set_aside: &[SetAside]) {
+    let found = describe(set_aside, |what| !matches!(what, What::Directory | What::Foreign));
+    if found.is_empty() {
+        return;
+    }
+    for meta in volumes.iter_mut().filter_map(|v| v.meta.as_mut()) {
+        meta.notes.push(Note::Other(format!("set aside: {found}")));
+    }
+}
+
 /// Says of each volume which images under its UID are not part of it for their orientation, size
 /// or spacing.
-fn note_neighbours(volumes: &mut [Candidate]) {
-    let others: Vec<(String, Option<String>, usize)> = volumes
+fn note_neighbours(volumes: &mut [Candidate], instances: &[Instance]) {
+    let others: Vec<(String, Option<String>, usize, String)> = volumes
         .iter()
-        .map(|v| (v.series.uid.clone(), v.apart.clone(), v.series.n_images))
+        .map(|v| {
+            let first = v.frames.first().and_then(|r| r.get(instances));
+            let name = first.map(|(i, _)| i.name.clone()).unwrap_or_default();
+            (v.series.uid.clone(), v.apart.clone(), v.series.n_images, name)
+        })
         .collect();
     for (index, volume) in volumes.iter_mut().enumerate() {
-        let left_out: usize = others
-            .iter()
-            .enumerate()
-            .filter(|(other, (uid, apart, _))| {
-                *other != index && *uid == volume.series.uid && *apart == volume.apart
-            })
-            .map(|(_, (_, _, images))| images)
-            .sum();
-        if let Some(meta) = volume.meta.as_mut().filter(|_| left_out > 0) {
-            let s = if left_out == 1 { "" } else { "s" };
-            meta.notes.push(Note::Other(format!(
-                "{left_out} image{s} of the same series left out: another orientation, size or spacing, or no position"
-            )));
+        let mut left_out = 0;
+        let mut first = None;
+        for (other, (uid, apart, images, name)) in others.iter().enumerate() {
+            if other != index && *uid == volume.series.uid && *apart == volume.apart {
+                left_out += images;
+                first.get_or_insert(name);
+            }
+        }
+        let Some(first) = first else { continue };
+        let s = if left_out == 1 { "" } else { "s" };
+        let line = format!(
+            "{left_out} image{s} of the same series ({first}): another orientation, size or spacing, or no position"
+        );
+        if let Some(DicomError::MissingSlices { faults, .. }) = &mut volume.problem {
+            faults.clone_from(&line);
+        }
+        if let Some(meta) = &mut volume.meta {
+            meta.notes.push(Note::Other(format!("left out: {line}")));
         }
     }
 }

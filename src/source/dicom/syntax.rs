@@ -9,6 +9,8 @@ const JPEG_EXTENDED: &str = "1.2.840.10008.1.2.4.51";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Codec {
     Rle,
+    /// Each frame deflated by itself.
+    Deflate,
     Jpeg,
     JpegLs,
     Jpeg2000,
@@ -31,6 +33,7 @@ pub(super) fn is_encapsulated(syntax: &str) -> bool {
 pub(super) fn codec(syntax: &str) -> Option<Codec> {
     match syntax {
         "1.2.840.10008.1.2.5" => Some(Codec::Rle),
+        "1.2.840.10008.1.2.8.1" => Some(Codec::Deflate),
         "1.2.840.10008.1.2.4.50"
         | JPEG_EXTENDED
         | "1.2.840.10008.1.2.4.57"
@@ -51,7 +54,7 @@ pub(super) fn refuse(syntax: &str, layout: &Layout) -> Option<FileFault> {
         None => false,
         // The decoder takes 8 bits only in the lossy processes.
         Some(Codec::Jpeg) if syntax == JPEG_EXTENDED => layout.bits_stored <= 8,
-        Some(Codec::Rle) => true,
+        Some(Codec::Rle | Codec::Deflate) => true,
         Some(_) => layout.bytes <= 2,
     };
     (!decoded).then(|| FileFault::Syntax { uid: syntax.to_owned(), name: name(syntax).to_owned() })
@@ -65,6 +68,7 @@ pub(super) fn name(syntax: &str) -> &'static str {
         "1.2.840.10008.1.2.1.99" => "deflated",
         "1.2.840.10008.1.2.2" => "explicit VR big endian",
         "1.2.840.10008.1.2.5" => "RLE",
+        "1.2.840.10008.1.2.8.1" => "deflated frames",
         "1.2.840.10008.1.2.4.50" => "JPEG baseline",
         JPEG_EXTENDED => "JPEG extended, 12 bits",
         "1.2.840.10008.1.2.4.53" => "JPEG spectral selection",
