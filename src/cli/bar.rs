@@ -9,7 +9,7 @@ use crate::pipeline::Progress;
 pub(crate) struct Bar(ProgressBar);
 
 impl Bar {
-    pub(crate) fn new(term: &Term, n_planes: usize) -> Self {
+    pub(crate) fn new(term: Term, n_planes: usize) -> Self {
         if !term.is_live() {
             return Self(ProgressBar::hidden());
         }

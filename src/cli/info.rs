@@ -26,19 +26,15 @@ struct Listed {
 }
 
 /// Describes each input in turn.
-pub(crate) fn run(
-    args: &InfoArgs,
-    term: &Term,
-    cancel: &Cancel,
-) -> Result<Result<(), Kind>, Usage> {
+pub(crate) fn run(args: &InfoArgs, cancel: &Cancel) -> Result<Result<(), Kind>, Usage> {
     let reading = reading(&args.reading)?;
     let mut result = Ok(());
     for path in &args.inputs {
         match list(path, &reading, cancel) {
-            Ok(volumes) if args.json => term.json(&object(path, &volumes)),
-            Ok(volumes) => term.text(&text(path, &volumes)),
+            Ok(volumes) if args.json => Term::json(&object(path, &volumes)),
+            Ok(volumes) => Term::text(&text(path, &volumes)),
             Err(error) => {
-                term.error(&error);
+                Term::error(&error);
                 result = Err(error.kind());
             }
         }

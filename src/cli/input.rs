@@ -35,7 +35,8 @@ pub(crate) fn open(
             let others = study.volumes.iter().enumerate().filter(|(i, _)| *i != index);
             let others: Vec<String> = others.map(|(_, v)| v.title()).collect();
             if reading.series.is_none() && !others.is_empty() {
-                let chosen = study.volumes.get(index).map(|v| v.title()).unwrap_or_default();
+                let chosen =
+                    study.volumes.get(index).map(dicom::Candidate::title).unwrap_or_default();
                 volume.meta.notes.push(Note::Other(format!(
                     "volume {chosen} is meshed; --series N chooses another: {}",
                     others.join("; ")

@@ -2,6 +2,7 @@
 
 mod args;
 mod bar;
+mod check;
 mod extract;
 mod info;
 mod input;
@@ -26,16 +27,16 @@ pub fn main() -> ExitCode {
     let term = Term::new(&cli.common);
     let cancel = signals::cancel_on_signals();
     let result = match cli.command {
-        Some(Command::Info(args)) => info::run(&args, &term, &cancel),
-        Some(Command::Check(_)) => Ok(Ok(())),
-        None => options::extract(cli.extract).map(|options| extract::run(&options, &term, &cancel)),
+        Some(Command::Info(args)) => info::run(&args, &cancel),
+        Some(Command::Check(args)) => Ok(check::run(&args)),
+        None => options::extract(&cli.extract).map(|options| extract::run(&options, term, &cancel)),
     };
     match result {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Kind::Interrupted)) => ExitCode::from(130),
         Ok(Err(_)) => ExitCode::from(1),
         Err(usage) => {
-            term.usage(&usage);
+            Term::usage(&usage);
             ExitCode::from(2)
         }
     }

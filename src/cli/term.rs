@@ -31,23 +31,23 @@ impl Term {
         !self.quiet && std::io::stderr().is_terminal()
     }
 
-    pub(crate) fn error(self, error: &Error) {
-        self.say("error", AnsiColor::Red, &error.to_string());
+    pub(crate) fn error(error: &Error) {
+        Self::say("error", AnsiColor::Red, &error.to_string());
         if let Some(hint) = error.hint() {
-            self.say("hint", AnsiColor::Cyan, &hint);
+            Self::say("hint", AnsiColor::Cyan, &hint);
         }
     }
 
-    pub(crate) fn usage(self, usage: &Usage) {
-        self.say("error", AnsiColor::Red, &usage.message);
+    pub(crate) fn usage(usage: &Usage) {
+        Self::say("error", AnsiColor::Red, &usage.message);
         if let Some(hint) = &usage.hint {
-            self.say("hint", AnsiColor::Cyan, hint);
+            Self::say("hint", AnsiColor::Cyan, hint);
         }
     }
 
     pub(crate) fn note(self, line: &str) {
         if !self.quiet {
-            self.say("note", AnsiColor::Yellow, line);
+            Self::say("note", AnsiColor::Yellow, line);
         }
     }
 
@@ -64,18 +64,18 @@ impl Term {
     }
 
     /// One object, one line, flushed.
-    pub(crate) fn json(self, object: &serde_json::Value) {
+    pub(crate) fn json(object: &serde_json::Value) {
         let mut out = std::io::stdout().lock();
         let _ = writeln!(out, "{object}").and_then(|()| out.flush());
     }
 
     /// Text that was asked for.
-    pub(crate) fn text(self, text: &str) {
+    pub(crate) fn text(text: &str) {
         let mut out = anstream::stdout().lock();
         let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     }
 
-    fn say(self, word: &str, color: AnsiColor, line: &str) {
+    fn say(word: &str, color: AnsiColor, line: &str) {
         let style = Style::new().bold().fg_color(Some(color.into()));
         // A name may hold anything; a line stays one line.
         let line: String = line.chars().map(|c| if c.is_control() { '?' } else { c }).collect();

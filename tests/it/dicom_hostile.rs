@@ -119,7 +119,12 @@ fn flipped_bytes_never_panic_nor_take_much_memory() {
     let mut dice = Dice(20);
     let own = Series::axial(4);
     let mut seeds: Vec<Vec<u8>> = vec![own.image(1, 1)];
-    seeds.extend(files(&repository("testdata/dicom")).iter().map(|p| std::fs::read(p).unwrap()));
+    let copies = repository("testdata/dicom");
+    for entry in std::fs::read_dir(&copies).unwrap() {
+        let path = entry.unwrap().path();
+        let first = if path.is_dir() { files(&path).swap_remove(0) } else { path };
+        seeds.push(std::fs::read(first).unwrap());
+    }
     for (s, seed) in seeds.iter().enumerate() {
         // The other slices, so that the damaged one takes part in a volume.
         let series = folder.path().join(s.to_string());

@@ -194,3 +194,37 @@ fn a_scan_tells_how_far_it_is_and_stops_when_asked() {
     let error = dicom::scan(folder.path(), &options).err().unwrap();
     assert_eq!(error.kind(), Kind::Interrupted);
 }
+
+#[test]
+#[ignore = "writes 525 MB; run by hand for the figures in docs/performance.md"]
+fn a_thousand_slices_are_listed_without_reading_their_pixels() {
+    let folder = TempDir::new().unwrap();
+    let series = Series { cols: 512, rows: 512, ..Series::axial(1000) };
+    series.write(folder.path());
+    let peak = || {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let line = status.lines().find(|l| l.starts_with("VmHWM")).unwrap_or_default();
+        line.split_whitespace().nth(1).and_then(|n| n.parse::<u64>().ok()).unwrap_or(0)
+    };
+    let before = peak();
+    for _ in 0..3 {
+        let start = std::time::Instant::now();
+        let study = scan(folder.path());
+        assert_eq!(study.volumes[0].dims, [512, 512, 1000]);
+        eprintln!("scanned in {:?}, {} KiB more at the peak", start.elapsed(), peak() - before);
+        assert!(start.elapsed().as_secs() < 5);
+    }
+    let start = std::time::Instant::now();
+    let volume = scan(folder.path()).open(0, &OpenOptions::default()).unwrap();
+    let mcubes::source::AnyPlanes::U16(mcubes::source::Planes::Positioned(planes)) = volume.planes
+    else {
+        panic!("not u16")
+    };
+    let mut plane = ndarray::Array2::zeros((512, 512));
+    for k in 0..1000 {
+        planes.read_plane(k, plane.view_mut()).unwrap();
+    }
+    let more = peak() - before;
+    eprintln!("all read in {:?}, {more} KiB more at the peak", start.elapsed());
+    assert!(more < 100 << 10, "{more} KiB for 525 MB of samples");
+}

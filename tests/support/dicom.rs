@@ -1,5 +1,7 @@
 //! Writes DICOM: real headers, explicit VR little endian, phantom pixels of known shape.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::path::Path;
 
 use mcubes::geom::vec3::{Vec3, add, norm, scale, sub};
@@ -118,33 +120,33 @@ impl Series {
         };
         let directions = [self.row, self.column].concat();
         let mut data = Elements::default();
-        data.text((0x0008, 0x0008), b"CS", "ORIGINAL\\PRIMARY\\AXIAL");
-        data.text((0x0008, 0x0016), b"UI", "1.2.840.10008.5.1.4.1.1.2");
-        data.text((0x0008, 0x0018), b"UI", &format!("{}.{instance}", self.uid));
-        data.text((0x0008, 0x0050), b"SH", SECRET);
-        data.text((0x0008, 0x0060), b"CS", "CT");
-        data.text((0x0008, 0x103E), b"LO", "ellipsoid");
-        data.text((0x0010, 0x0010), b"PN", SECRET);
-        data.text((0x0010, 0x0020), b"LO", SECRET);
-        data.text((0x0018, 0x0050), b"DS", "9.75");
-        data.text((0x0020, 0x000E), b"UI", &self.uid);
-        data.text((0x0020, 0x0011), b"IS", &self.number.to_string());
-        data.text((0x0020, 0x0013), b"IS", &instance.to_string());
-        data.text((0x0020, 0x0032), b"DS", &decimals(&position));
-        data.text((0x0020, 0x0037), b"DS", &decimals(&directions));
-        data.text((0x0020, 0x0052), b"UI", "1.2.826.0.1.3680043.9.7.0");
+        data.text((0x0008, 0x0008), *b"CS", "ORIGINAL\\PRIMARY\\AXIAL");
+        data.text((0x0008, 0x0016), *b"UI", "1.2.840.10008.5.1.4.1.1.2");
+        data.text((0x0008, 0x0018), *b"UI", &format!("{}.{instance}", self.uid));
+        data.text((0x0008, 0x0050), *b"SH", SECRET);
+        data.text((0x0008, 0x0060), *b"CS", "CT");
+        data.text((0x0008, 0x103E), *b"LO", "ellipsoid");
+        data.text((0x0010, 0x0010), *b"PN", SECRET);
+        data.text((0x0010, 0x0020), *b"LO", SECRET);
+        data.text((0x0018, 0x0050), *b"DS", "9.75");
+        data.text((0x0020, 0x000E), *b"UI", &self.uid);
+        data.text((0x0020, 0x0011), *b"IS", &self.number.to_string());
+        data.text((0x0020, 0x0013), *b"IS", &instance.to_string());
+        data.text((0x0020, 0x0032), *b"DS", &decimals(&position));
+        data.text((0x0020, 0x0037), *b"DS", &decimals(&directions));
+        data.text((0x0020, 0x0052), *b"UI", "1.2.826.0.1.3680043.9.7.0");
         data.short((0x0028, 0x0002), 1);
-        data.text((0x0028, 0x0004), b"CS", "MONOCHROME2");
+        data.text((0x0028, 0x0004), *b"CS", "MONOCHROME2");
         data.short((0x0028, 0x0010), self.rows);
         data.short((0x0028, 0x0011), self.cols);
-        data.text((0x0028, 0x0030), b"DS", &decimals(&self.spacing));
+        data.text((0x0028, 0x0030), *b"DS", &decimals(&self.spacing));
         data.short((0x0028, 0x0100), 16);
         data.short((0x0028, 0x0101), 16);
         data.short((0x0028, 0x0102), 15);
         data.short((0x0028, 0x0103), 0);
-        data.text((0x0028, 0x1052), b"DS", "-100");
-        data.text((0x0028, 0x1053), b"DS", "0.25");
-        data.element((0x7FE0, 0x0010), b"OW", &pixels);
+        data.text((0x0028, 0x1052), *b"DS", "-100");
+        data.text((0x0028, 0x1053), *b"DS", "0.25");
+        data.element((0x7FE0, 0x0010), *b"OW", &pixels);
         file("1.2.840.10008.1.2.1", &data)
     }
 }
@@ -154,12 +156,12 @@ impl Series {
 pub(crate) struct Elements(pub(crate) Vec<u8>);
 
 impl Elements {
-    pub(crate) fn element(&mut self, (group, element): (u16, u16), vr: &[u8; 2], value: &[u8]) {
+    pub(crate) fn element(&mut self, (group, element): (u16, u16), vr: [u8; 2], value: &[u8]) {
         self.0.extend(group.to_le_bytes());
         self.0.extend(element.to_le_bytes());
         self.0.extend(vr);
         let length = value.len() + value.len() % 2;
-        if matches!(vr, b"OB" | b"OW" | b"SQ" | b"UN") {
+        if matches!(&vr, b"OB" | b"OW" | b"SQ" | b"UN") {
             self.0.extend([0, 0]);
             self.0.extend((length as u32).to_le_bytes());
         } else {
@@ -167,25 +169,25 @@ impl Elements {
         }
         self.0.extend(value);
         if value.len() % 2 == 1 {
-            self.0.push(if vr == b"UI" { 0 } else { b' ' });
+            self.0.push(if &vr == b"UI" { 0 } else { b' ' });
         }
     }
 
-    pub(crate) fn text(&mut self, tag: (u16, u16), vr: &[u8; 2], value: &str) {
+    pub(crate) fn text(&mut self, tag: (u16, u16), vr: [u8; 2], value: &str) {
         self.element(tag, vr, value.as_bytes());
     }
 
     pub(crate) fn short(&mut self, tag: (u16, u16), value: u16) {
-        self.element(tag, b"US", &value.to_le_bytes());
+        self.element(tag, *b"US", &value.to_le_bytes());
     }
 }
 
 /// Preamble, file meta group and data set.
 pub(crate) fn file(syntax: &str, data: &Elements) -> Vec<u8> {
     let mut meta = Elements::default();
-    meta.text((0x0002, 0x0002), b"UI", "1.2.840.10008.5.1.4.1.1.2");
-    meta.text((0x0002, 0x0010), b"UI", syntax);
+    meta.text((0x0002, 0x0002), *b"UI", "1.2.840.10008.5.1.4.1.1.2");
+    meta.text((0x0002, 0x0010), *b"UI", syntax);
     let mut group = Elements::default();
-    group.element((0x0002, 0x0000), b"UL", &(meta.0.len() as u32).to_le_bytes());
+    group.element((0x0002, 0x0000), *b"UL", &(meta.0.len() as u32).to_le_bytes());
     [&[0; 128], b"DICM".as_slice(), &group.0, &meta.0, &data.0].concat()
 }

@@ -6,7 +6,7 @@ use std::io::Read;
 use super::error::FileFault;
 use super::layout::Layout;
 use super::syntax::{self, Codec};
-use super::{codec, rle};
+use super::{codec, jpegls, rle};
 
 /// How the bytes of a frame are to be read.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,24 @@ pub(super) fn decode(
             }
             Ok(image(None))
         }
-        Codec::JpegLs => Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() }),
+        Codec::JpegLs => {
+            let decoded = jpegls::decode(stored, layout.rows, layout.cols)
+                .map_err(|e| fail(super::blob::one_line(&e)))?;
+            let precision = u32::from(decoded.bits);
+            if precision.div_ceil(8) as usize > layout.bytes {
+                return Err(fail(format!(
+                    "it has {precision} bits, expected {}",
+                    layout.bytes * 8
+                )));
+            }
+            stored.clear();
+            if layout.bytes == 1 {
+                stored.extend(decoded.samples.iter().map(|&v| v as u8));
+            } else {
+                stored.extend(decoded.samples.iter().flat_map(|v| v.to_le_bytes()));
+            }
+            Ok(image(Some(precision)))
+        }
         Codec::Jpeg | Codec::Jpeg2000 => {
             let (bytes, precision) = codec::decode(codec, syntax, layout, stored).map_err(fail)?;
             *stored = bytes;

@@ -15,6 +15,7 @@ mod groups;
 mod guard;
 mod header;
 mod instance;
+pub mod jpegls;
 mod layout;
 mod order;
 mod pixels;
