@@ -472,37 +472,3 @@ proptest::proptest! {
         }
     }
 }
-
-/// The time an encoder takes, for whoever asks: `cargo test --release -- --ignored speed`.
-#[test]
-#[ignore = "a measurement, not a promise"]
-fn speed_of_the_encoders() {
-    let n = 200_u32;
-    let mut patch = Patch::default();
-    for i in 0..n * n {
-        let (x, y) = ((i / n) as f32 * 0.488_281_25, (i % n) as f32 * 0.488_281_25);
-        patch.vertices.push([x, y, (x * 0.37).sin() * (y * 0.21).cos() * 10.0]);
-        if i / n + 1 < n && i % n + 1 < n {
-            patch.triangles.push([i, i + n, i + n + 1]);
-            patch.triangles.push([i, i + n + 1, i + 1]);
-        }
-    }
-    patch.normals = vec![[0.267_261_24, 0.534_522_5, 0.801_783_7]; patch.vertices.len()];
-    for format in Format::ALL {
-        for options in ways(format) {
-            let folder = tempfile::tempdir().unwrap();
-            let encoder = MeshFile::create(&folder.path().join("m"), &options).unwrap().encoder();
-            let mut encoded = Encoded::default();
-            let mut best = f64::INFINITY;
-            for _ in 0..20 {
-                encoded.vertices.clear();
-                encoded.faces.clear();
-                let start = std::time::Instant::now();
-                encoder.encode(&patch, 0..patch.triangles.len(), &mut encoded);
-                best = best.min(start.elapsed().as_secs_f64());
-            }
-            let n_triangles = patch.triangles.len() as f64;
-            eprintln!("{options:?}: {:.2} ns a triangle", best * 1e9 / n_triangles);
-        }
-    }
-}
