@@ -43,7 +43,7 @@ fn a_failure_is_exit_1_in_one_line_and_leaves_no_file() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("x.stl");
     for (arguments, said) in [
-        (&["missing.nii", "--iso", "1"][..], "missing.nii: does not exist"),
+        (&["missing.nii", "--iso", "-.5"][..], "missing.nii: does not exist"),
         (&[HEAD, "--iso", "9999"], "the values are -1024 to 3075"),
         (&["README.md", "--iso", "1"], "README.md"),
     ] {
