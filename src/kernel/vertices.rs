@@ -21,13 +21,13 @@ pub(super) struct Placing {
 
 /// `p + s · v`, rounded to output coordinates.
 #[inline(always)]
-fn along(p: Vec3, v: Vec3, s: f64) -> Position {
+pub(super) fn along(p: Vec3, v: Vec3, s: f64) -> Position {
     [(p[0] + s * v[0]) as f32, (p[1] + s * v[1]) as f32, (p[2] + s * v[2]) as f32]
 }
 
 /// Calls `f` with each set bit's number, rising.
 #[inline(always)]
-fn for_each_bit(word: u64, first: usize, mut f: impl FnMut(usize)) {
+pub(super) fn for_each_bit(word: u64, first: usize, mut f: impl FnMut(usize)) {
     let mut word = word;
     while word != 0 {
         f(first + word.trailing_zeros() as usize);
