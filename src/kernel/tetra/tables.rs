@@ -129,25 +129,27 @@ fn triangles(case: u8) -> Vec<[u8; 3]> {
     found
 }
 
+/// The even exchanges of a tetrahedron's corners: they keep its hand.
+const TURNS: [[usize; 4]; 12] = [
+    [0, 1, 2, 3],
+    [0, 2, 3, 1],
+    [0, 3, 1, 2],
+    [1, 0, 3, 2],
+    [1, 2, 0, 3],
+    [1, 3, 2, 0],
+    [2, 0, 1, 3],
+    [2, 1, 3, 0],
+    [2, 3, 0, 1],
+    [3, 0, 2, 1],
+    [3, 1, 0, 2],
+    [3, 2, 1, 0],
+];
+
 /// The triangles in one tetrahedron, by how many of its corners are inside.
 fn cut(case: u8, corners: [usize; 4]) -> Vec<[u8; 3]> {
     let is_inside = |corner: &usize| case >> corner & 1 == 1;
     let n_inside = corners.iter().filter(|corner| is_inside(corner)).count();
-    // Even exchanges bring the corners that are fewer to the front and keep the hand.
-    const TURNS: [[usize; 4]; 12] = [
-        [0, 1, 2, 3],
-        [0, 2, 3, 1],
-        [0, 3, 1, 2],
-        [1, 0, 3, 2],
-        [1, 2, 0, 3],
-        [1, 3, 2, 0],
-        [2, 0, 1, 3],
-        [2, 1, 3, 0],
-        [2, 3, 0, 1],
-        [3, 0, 2, 1],
-        [3, 1, 0, 2],
-        [3, 2, 1, 0],
-    ];
+    // The corners that are fewer come to the front.
     let n_front = n_inside.min(4 - n_inside);
     let turned = TURNS.map(|turn| turn.map(|k| corners[k])).into_iter().find(|turned| {
         let front = turned[..n_front].iter().all(|c| is_inside(c) == (n_inside < 3));
