@@ -18,6 +18,8 @@ pub(super) struct RowRun {
 pub(super) struct SlowCell {
     /// Its place in the row, 0 to `nx`; between the samples c - 1 and c.
     pub(super) c: u32,
+    /// How many active cells of the row come before it.
+    pub(super) nth: u32,
     /// Its inside bits.
     pub(super) case: u8,
 }
@@ -193,7 +195,6 @@ pub(super) fn row_cells(
         let corners = corner_words(rows, w);
         let mut bits = active(corners) & cells.mask(w);
         let (left, right) = corners;
-        found.n_cells += bits.count_ones() as usize;
         while bits != 0 {
             let t = bits.trailing_zeros();
             bits &= bits - 1;
@@ -211,8 +212,9 @@ pub(super) fn row_cells(
             if count & SLOW == 0 {
                 found.n_triangles += u32::from(count);
             } else {
-                slow.push(SlowCell { c: w as u32 * 64 + t, case });
+                slow.push(SlowCell { c: w as u32 * 64 + t, nth: found.n_cells as u32, case });
             }
+            found.n_cells += 1;
         }
     }
     found
