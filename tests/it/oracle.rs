@@ -207,8 +207,8 @@ fn all_classes_in_all_symmetries_and_both_signs_have_the_interpolants_topology()
 #[test]
 #[ignore = "the whole of what the tests above sample; minutes"]
 fn twenty_thousand_grids_and_a_million_cells_have_the_interpolants_topology() {
-    hold_noise(20_000, 1_000);
-    hold_waves(2_000, 30);
+    hold_noise(20_000, 12_000);
+    hold_waves(2_000, 100);
     hold_classes(20, 1);
     hold_cells(4_000, 10);
     hold_integers(20_000);
