@@ -1,8 +1,9 @@
-//! Draws the classes of cells as `docs/topology.md` shows them:
-//! `cargo run --example cells > docs/cells.svg`.
+//! Draws cells as `docs/topology.md` shows them: an example of each class,
+//! `cargo run --example cells > docs/cells.svg`, or some cells cut into tetrahedra,
+//! `cargo run --example cells tetrahedra > docs/tetrahedra.svg`.
 
 use mcubes::kernel::cube::{edge_axis, edge_corners};
-use mcubes::kernel::{CellSurface, Tables, crossing, settle};
+use mcubes::kernel::{CellSurface, N_LANES, Tables, TetraTables, crossing, lane_corners, settle};
 
 type Point = [f64; 3];
 
@@ -44,21 +45,43 @@ const EPSILON: f64 = 1.0 / 1024.0;
 /// Rows without a tunnel come first.
 const FIRST_TUNNEL: u16 = 656;
 
+/// Cases drawn with their tetrahedra: triangles, a quadrilateral, and what cubes find ambiguous.
+const CUT: [(&str, u8); 6] =
+    [("1", 1), ("2", 3), ("3", 6), ("4", 24), ("4, along the diagonal", 129), ("13", 105)];
+
 fn main() {
+    if std::env::args().nth(1).as_deref() == Some("tetrahedra") {
+        page(&CUT.map(|(name, case)| (name, drawing_of_tetrahedra(case))));
+    } else {
+        let drawing = |case, faces| example(case, faces).map(|(v, s)| drawing(case, &v, &s));
+        page(&CLASSES.map(|(name, case, faces)| (name, drawing(case, faces).unwrap_or_default())));
+    }
+}
+
+/// What is drawn of one cell.
+#[derive(Default)]
+struct Drawing {
+    case: u8,
+    triangles: Vec<[Point; 3]>,
+    /// Vertices inside the cell.
+    points: Vec<Point>,
+    /// Diagonals of the split.
+    diagonals: Vec<[Point; 2]>,
+}
+
+fn page(drawings: &[(&str, Drawing)]) {
     let (columns, size) = (6, 150.0);
-    let height = CLASSES.len().div_ceil(columns) as f64 * (size + 20.0);
+    let height = drawings.len().div_ceil(columns) as f64 * (size + 20.0);
     println!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {height}" font-family="sans-serif" font-size="13" stroke-linejoin="round">"#,
         columns as f64 * size
     );
     println!(r##"<rect width="100%" height="100%" fill="#ffffff"/>"##);
-    for (n, &(name, case, faces)) in CLASSES.iter().enumerate() {
+    for (n, (name, drawing)) in drawings.iter().enumerate() {
         let (x, y) = ((n % columns) as f64 * size, (n / columns) as f64 * (size + 20.0));
         println!(r#"<g transform="translate({} {})">"#, x + size / 2.0, y + size / 2.0 + 12.0);
         println!(r#"<text x="{}" y="{}">{name}</text>"#, 8.0 - size / 2.0, 6.0 - size / 2.0);
-        if let Some((values, surface)) = example(case, faces) {
-            draw(case, &values, &surface, size * 0.58);
-        }
+        drawing.draw(size * 0.58);
         println!("</g>");
     }
     println!("</svg>");
@@ -113,7 +136,7 @@ fn seen([x, y, z]: Point) -> Point {
     [right, -(z * up_cos + depth * up_sin), z * up_sin - depth * up_cos]
 }
 
-fn draw(case: u8, values: &[f64; 8], surface: &CellSurface, scale: f64) {
+fn drawing(case: u8, values: &[f64; 8], surface: &CellSurface) -> Drawing {
     let row = &Tables::get(false).rows[usize::from(surface.row)];
     let place = |lane: u8| match lane {
         0..12 => {
@@ -124,58 +147,97 @@ fn draw(case: u8, values: &[f64; 8], surface: &CellSurface, scale: f64) {
         12..15 => surface.extra[usize::from(lane - 12)],
         _ => surface.extra[0],
     };
-    let on_paper = |p: Point| {
-        let [right, down, _] = seen(p);
-        format!("{:.1},{:.1}", right * scale, down * scale)
+    Drawing {
+        case,
+        triangles: triangles(row.lanes.as_flattened(), row.n_triangles, place),
+        points: surface.extra[..surface.n_extra.into()].to_vec(),
+        diagonals: Vec::new(),
+    }
+}
+
+/// All vertices in the middle of their edges.
+fn drawing_of_tetrahedra(case: u8) -> Drawing {
+    let tables = TetraTables::get(false);
+    let place = |lane: u8| {
+        let [a, b] = lane_corners(lane.into()).map(at_corner);
+        [0, 1, 2].map(|axis| f64::midpoint(a[axis], b[axis]))
     };
-    let edges = |behind: bool| {
-        for edge in 0..12 {
-            let ends = edge_corners(edge).map(at_corner);
-            // The corner furthest from the eye.
-            let is_behind = ends.contains(&[0.0, 1.0, 0.0]);
-            if is_behind == behind {
-                let [a, b] = ends.map(on_paper);
-                let colour = if behind { "#c0c0c0" } else { "#707070" };
-                println!(r#"<path d="M{a}L{b}" stroke="{colour}" fill="none"/>"#);
+    let corners = tables.corners[usize::from(case)].as_flattened();
+    Drawing {
+        case,
+        triangles: triangles(corners, tables.n_triangles[usize::from(case)], place),
+        points: Vec::new(),
+        diagonals: (12..N_LANES).map(|lane| lane_corners(lane).map(at_corner)).collect(),
+    }
+}
+
+fn triangles(lanes: &[u8], n: u8, place: impl Fn(u8) -> Point) -> Vec<[Point; 3]> {
+    let lanes = lanes.chunks(3).take(n.into());
+    lanes.map(|lanes| [place(lanes[0]), place(lanes[1]), place(lanes[2])]).collect()
+}
+
+impl Drawing {
+    fn draw(&self, scale: f64) {
+        let on_paper = |p: Point| {
+            let [right, down, _] = seen(p);
+            format!("{:.1},{:.1}", right * scale, down * scale)
+        };
+        let edges = |behind: bool| {
+            for edge in 0..12 {
+                let ends = edge_corners(edge).map(at_corner);
+                // The corner furthest from the eye.
+                let is_behind = ends.contains(&[0.0, 1.0, 0.0]);
+                if is_behind == behind {
+                    let [a, b] = ends.map(on_paper);
+                    let colour = if behind { "#c0c0c0" } else { "#707070" };
+                    println!(r#"<path d="M{a}L{b}" stroke="{colour}" fill="none"/>"#);
+                }
             }
+        };
+        edges(true);
+        for ends in &self.diagonals {
+            let [a, b] = ends.map(on_paper);
+            println!(
+                r##"<path d="M{a}L{b}" stroke="#a0b0a0" stroke-dasharray="3 2" fill="none"/>"##
+            );
         }
-    };
-    edges(true);
-    let n = 3 * usize::from(row.n_triangles);
-    let mut triangles: Vec<[Point; 3]> = row.lanes.as_flattened()[..n]
-        .chunks(3)
-        .map(|lanes| [place(lanes[0]), place(lanes[1]), place(lanes[2])])
-        .collect();
-    let depth = |t: &[Point; 3]| t.iter().map(|&p| seen(p)[2]).sum::<f64>();
-    triangles.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(seen);
-        let (u, v) =
-            ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
-        let normal =
-            [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-        // Down is positive on paper, so that a triangle seen from outside turns the other way.
-        let facing = -normal[2] / length;
-        let light = 0.55 + 0.4 * facing.abs();
-        let [r, g, b] = if facing > 0.0 { [110.0, 160.0, 230.0] } else { [240.0, 180.0, 110.0] };
-        let [r, g, b] = [r, g, b].map(|c: f64| (c * light) as u8);
-        let [p, q, s] = triangle.map(on_paper);
-        println!(
-            r##"<path d="M{p}L{q}L{s}Z" fill="rgb({r},{g},{b})" fill-opacity="0.86" stroke="#203040" stroke-width="0.7"/>"##
-        );
-    }
-    edges(false);
-    for point in &surface.extra[..surface.n_extra.into()] {
-        let [x, y, _] = seen(*point);
-        println!(
-            r##"<circle cx="{:.1}" cy="{:.1}" r="2.6" fill="#c02020"/>"##,
-            x * scale,
-            y * scale
-        );
-    }
-    for corner in (0..8).filter(|corner| case >> corner & 1 == 1) {
-        let [x, y, _] = seen(at_corner(corner));
-        println!(r##"<circle cx="{:.1}" cy="{:.1}" r="4" fill="#101010"/>"##, x * scale, y * scale);
+        let mut triangles = self.triangles.clone();
+        let depth = |t: &[Point; 3]| t.iter().map(|&p| seen(p)[2]).sum::<f64>();
+        triangles.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(seen);
+            let (u, v) =
+                ([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]);
+            let normal =
+                [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // Down is positive on paper, so that a triangle seen from outside turns the other way.
+            let facing = -normal[2] / length;
+            let light = 0.55 + 0.4 * facing.abs();
+            let [r, g, b] =
+                if facing > 0.0 { [110.0, 160.0, 230.0] } else { [240.0, 180.0, 110.0] };
+            let [r, g, b] = [r, g, b].map(|c: f64| (c * light) as u8);
+            let [p, q, s] = triangle.map(on_paper);
+            println!(
+                r##"<path d="M{p}L{q}L{s}Z" fill="rgb({r},{g},{b})" fill-opacity="0.86" stroke="#203040" stroke-width="0.7"/>"##
+            );
+        }
+        edges(false);
+        for &point in &self.points {
+            let [x, y, _] = seen(point);
+            println!(
+                r##"<circle cx="{:.1}" cy="{:.1}" r="2.6" fill="#c02020"/>"##,
+                x * scale,
+                y * scale
+            );
+        }
+        for corner in (0..8).filter(|corner| self.case >> corner & 1 == 1) {
+            let [x, y, _] = seen(at_corner(corner));
+            println!(
+                r##"<circle cx="{:.1}" cy="{:.1}" r="4" fill="#101010"/>"##,
+                x * scale,
+                y * scale
+            );
+        }
     }
 }

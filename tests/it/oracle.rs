@@ -47,7 +47,7 @@ impl Tally {
         if finest == 0 {
             return;
         }
-        match digital(field, finest) {
+        match digital(field, finest, count.euler) {
             None => self.digital_left_out += 1,
             Some(betti) => {
                 assert_eq!(betti.euler(), count.euler, "{what}: the two ways differ");
@@ -104,7 +104,7 @@ fn hold_noise(n: usize, n_digital: usize) {
     let mut random = Random::new(1);
     let mut tally = Tally::default();
     for i in 0..n {
-        let finest = if i < n_digital { 64 } else { 0 };
+        let finest = if i < n_digital { 128 } else { 0 };
         tally.hold(&noise(&mut random), MARGIN, finest, &format!("noise {i}"));
     }
     tally.report("noise");
@@ -114,7 +114,7 @@ fn hold_waves(n: usize, n_digital: usize) {
     let mut random = Random::new(2);
     let mut tally = Tally::default();
     for i in 0..n {
-        let finest = if i < n_digital { 32 } else { 0 };
+        let finest = if i < n_digital { 64 } else { 0 };
         tally.hold(&waves(&mut random), MARGIN, finest, &format!("waves {i}"));
     }
     tally.report("waves");
@@ -126,7 +126,7 @@ fn hold_cells(n: usize, n_digital: usize) {
     let mut tally = Tally::default();
     for i in 0..n {
         for case in 0..=255 {
-            let finest = if i < n_digital { 64 } else { 0 };
+            let finest = if i < n_digital { 128 } else { 0 };
             tally.hold(&cell(&mut random, case), 1e-9, finest, &format!("cell {case} {i}"));
         }
     }
@@ -151,7 +151,7 @@ fn hold_classes(n: usize, n_digital: usize) {
                     }
                     let what = format!("class {class:?} {symmetry:?} {sign}");
                     let cell = Field { dims: [2; 3], values: turned.to_vec() };
-                    let finest = if i < n_digital { 64 } else { 0 };
+                    let finest = if i < n_digital { 128 } else { 0 };
                     alone.hold(&cell, 1e-9, finest, &what);
                     let mut noise: Vec<f64> = (0..64).map(|_| random.between(-1.0, 1.0)).collect();
                     for corner in 0..8 {
@@ -230,7 +230,7 @@ fn the_two_oracles_know_balls_cavities_and_rings() {
     let ring = grid(&|[x, y, z]| 1.63 - ((x.hypot(y) - 3.7).powi(2) + z * z).sqrt());
     for (field, [b0, b1, b2]) in [(ball, [1, 0, 0]), (shell, [1, 0, 1]), (ring, [1, 1, 0])] {
         assert_eq!(field.count().euler, b0 - b1 + b2);
-        let betti = digital(&field, 16).unwrap();
+        let betti = digital(&field, 16, field.count().euler).unwrap();
         assert_eq!([betti.b0, betti.b1, betti.b2], [b0, b1, b2]);
         let (vertices, triangles) = mesh(&field);
         let found = Enclosed::of(&vertices, &triangles);

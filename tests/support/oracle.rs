@@ -175,11 +175,19 @@ impl Betti {
     }
 }
 
-/// The Betti numbers of M from digital pictures with 16, 32 or 64 points along a cell, the first in
-/// which it makes no difference whether points that touch at corners are joined; nothing where that
-/// is none.
-pub fn digital(field: &Field, finest: usize) -> Option<Betti> {
-    [16, 32, 64].into_iter().filter(|&k| k <= finest).find_map(|k| Picture::of(field, k).betti())
+/// The Betti numbers of M from digital pictures with 16, 32, … points along a cell: of the first in
+/// which it makes no difference whether points that touch at corners are joined, and whose Euler
+/// number is the one counted. Where there is none of that number, since a picture misses what is
+/// thinner than its points, those of the finest; nothing where corners make a difference in all.
+pub fn digital(field: &Field, finest: usize, counted: i64) -> Option<Betti> {
+    let mut found = None;
+    for k in [16, 32, 64, 128].into_iter().filter(|&k| k <= finest) {
+        found = Picture::of(field, k).betti().or(found);
+        if found.is_some_and(|betti| betti.euler() == counted) {
+            break;
+        }
+    }
+    found
 }
 
 /// Points of M on a finer grid, one bit each, with a border of points that are not.
