@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use super::cube::is_crossed;
+use super::cube::{face_corners, is_crossed};
 use super::fan::{CENTRE, fan};
 use super::loops::{ambiguous_faces, loops};
 use super::sound::is_sound;
@@ -58,8 +58,10 @@ pub struct Tables {
     pub rows: Vec<Row>,
     /// The first row of each case.
     pub first_row: [u16; 256],
-    /// The ambiguous faces of each case, one bit each.
-    pub ambiguous: [u8; 256],
+    /// The ambiguous faces of each case, rising: its two inside corners, then its two outside ones.
+    pub(super) ambiguous: [[[u8; 4]; 6]; 256],
+    /// How many those are.
+    pub(super) n_ambiguous: [u8; 256],
 }
 
 impl Tables {
@@ -103,8 +105,19 @@ impl Tables {
             crossed: [[0; 16]; 256],
             rows,
             first_row,
-            ambiguous: std::array::from_fn(|case| ambiguous_faces(case as u8)),
+            ambiguous: [[[0; 4]; 6]; 256],
+            n_ambiguous: [0; 256],
         };
+        for case in 0..256 {
+            let faces = ambiguous_faces(case as u8);
+            let corners = (0..6).filter(|face| faces >> face & 1 == 1).map(face_corners);
+            for (slot, [a, b, c, d]) in tables.ambiguous[case].iter_mut().zip(corners) {
+                let (inside, outside) =
+                    if case >> a & 1 == 1 { ([a, c], [b, d]) } else { ([b, d], [a, c]) };
+                *slot = [inside[0], inside[1], outside[0], outside[1]].map(|c| c as u8);
+                tables.n_ambiguous[case] += 1;
+            }
+        }
         for case in 0..256 {
             let row = &tables.rows[usize::from(first_row[case])];
             tables.corners[case] = row.lanes[0];

@@ -4,7 +4,6 @@
 //! rows without a tunnel, alike in both cells at each face; what happens inside is the cell's own.
 
 use super::cases::{Row, Tables};
-use super::cube::face_corners;
 use super::decide::{joins, waist};
 use super::extra::{centre, walls};
 
@@ -34,16 +33,12 @@ pub fn settle(
     t: impl Fn(usize) -> f64,
     epsilon: f64,
 ) -> CellSurface {
-    let mut number = tables.first_row[usize::from(case)];
-    let mut faces = tables.ambiguous[usize::from(case)];
-    let mut bit = 1;
-    while faces != 0 {
-        let [a, b, c, d] = face_corners(faces.trailing_zeros() as usize);
-        let (ac, bd) = ([values[a], values[c]], [values[b], values[d]]);
-        let (inside, outside) = if case >> a & 1 == 1 { (ac, bd) } else { (bd, ac) };
-        number += bit * u16::from(joins(inside, outside));
-        bit <<= 1;
-        faces &= faces - 1;
+    let at = usize::from(case);
+    let mut number = tables.first_row[at];
+    let faces = tables.ambiguous[at].iter().take(tables.n_ambiguous[at].into());
+    for (bit, corners) in faces.enumerate() {
+        let [a, b, c, d] = corners.map(|corner| values[usize::from(corner & 7)]);
+        number += u16::from(joins([a, b], [c, d])) << bit;
     }
     let row = &tables.rows[usize::from(number)];
     if let Some(tunnel) = tunnel(tables, row, case, values, &t, epsilon) {

@@ -34,6 +34,9 @@ impl<T: Classify> Kernel<T> {
         let (origin, step_k) = (self.place.plane_origin(before), self.place.step_k(before));
         let mut slow = cells.slow.iter();
         for run in &cells.rows {
+            if run.n_slow == 0 {
+                continue;
+            }
             let r = run.row as usize;
             let base = add(origin, scale(self.placing.step_j, r as f64 - 1.0));
             for cell in slow.by_ref().take(run.n_slow as usize) {

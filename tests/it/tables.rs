@@ -72,7 +72,7 @@ fn lanes_move_on_where_the_right_hand_edge_is_crossed() {
 /// Which rows a case has: those without a tunnel from its `first_row` on.
 fn plain_rows(case: usize) -> std::ops::Range<usize> {
     let tables = Tables::get(false);
-    let n = 1 << tables.ambiguous[case].count_ones();
+    let n = 1 << (0..6).filter(|&face| is_ambiguous(case as u8, face)).count();
     let first = usize::from(tables.first_row[case]);
     first..first + n
 }
