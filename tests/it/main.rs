@@ -23,5 +23,6 @@ mod readers;
 mod surface;
 mod survey;
 mod tables;
+mod tetra;
 mod wrap;
 mod writers;
