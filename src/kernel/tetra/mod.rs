@@ -16,8 +16,9 @@ pub(super) use vertices::Between;
 
 use super::key::Bits;
 use super::slab::LayerScratch;
+use super::vertices::{LayerVertices, Plane};
 use super::{Classify, Kernel, Slab, simd};
-use crate::geom::vec3::add;
+use crate::geom::vec3::{Vec3, add};
 use crate::mesh::Position;
 
 impl<T: Classify> Kernel<T> {
@@ -47,27 +48,18 @@ impl<T: Classify> Kernel<T> {
     }
 
     /// Makes the vertices on the edges and diagonals of plane `k`.
-    pub(super) fn tetra_plane_vertices(
+    pub(super) fn tetra_ghosts(
         &self,
         k: usize,
+        slab: &Slab<'_, T>,
         bits: &Bits,
-        samples: &[T],
         out: &mut [Position],
     ) {
-        let Bits(plane, diagonals) = bits;
-        let origin = self.place.plane_origin(k as i64);
-        let n_edges = plane.n_x() as usize + plane.n_y() as usize;
-        let (edges, rest) = out.split_at_mut(n_edges);
-        simd::plane_vertices(self.cpu, &self.placing, plane, samples, origin, edges);
-        let between = Between {
-            kind: Kind::XY,
-            crossings: diagonals,
-            bits: [plane, plane],
-            samples: [Some(samples); 2],
-            origin,
-            step: add(self.placing.step_i, self.placing.step_j),
-        };
-        simd::tetra::vertices(self.cpu, &self.placing, &between, rest);
+        let plane = self.plane(k as i64, slab, &bits.0);
+        let n_edges = plane.bits.n_x() as usize + plane.bits.n_y() as usize;
+        let (edges, diagonals) = out.split_at_mut(n_edges);
+        simd::ghosts(self.cpu, &self.placing, plane, edges);
+        self.diagonals(Kind::XY, &bits.1, [plane; 2], [0.0; 3], diagonals);
     }
 
     /// Makes the vertices of layer `s`, those of the plane after it included.
@@ -75,30 +67,46 @@ impl<T: Classify> Kernel<T> {
         &self,
         s: usize,
         slab: &Slab<'_, T>,
-        planes: [&Bits; 2],
+        bits: [&Bits; 2],
         layer: &LayerScratch,
         out: &mut [Position],
     ) {
-        let (z, mut rest) = out.split_at_mut(layer.cells.n_z() as usize);
-        let before = s as i64 - 1;
-        let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
-        let (origin, step_k) = (self.place.plane_origin(before), self.place.step_k(before));
-        let bits = planes.map(|bits| &bits.0);
-        simd::z_vertices(self.cpu, &self.placing, bits, samples, (origin, step_k), z);
-        let (step_i, step_j) = (self.placing.step_i, self.placing.step_j);
+        let k = s as i64;
+        let planes = [self.plane(k - 1, slab, &bits[0].0), self.plane(k, slab, &bits[1].0)];
+        let step = self.place.step_k(k - 1);
         let Diagonals { xz, yz, body } = &layer.diagonals;
-        for (kind, crossings, across) in
-            [(Kind::XZ, xz, step_i), (Kind::YZ, yz, step_j), (Kind::XY, body, add(step_i, step_j))]
-        {
+        let (z, mut rest) = out.split_at_mut(layer.cells.n_z() as usize);
+        for (kind, crossings) in [(Kind::XZ, xz), (Kind::YZ, yz), (Kind::XY, body)] {
             let (own, others) = rest.split_at_mut(crossings.total() as usize);
             rest = others;
-            let step = add(across, step_k);
-            let between = Between { kind, crossings, bits, samples, origin, step };
-            simd::tetra::vertices(self.cpu, &self.placing, &between, own);
+            self.diagonals(kind, crossings, planes, step, own);
         }
-        if let Some(samples) = samples[1] {
-            self.tetra_plane_vertices(s, planes[1], samples, rest);
+        let (x, rest) = rest.split_at_mut(bits[1].0.n_x() as usize);
+        let (y, xy) = rest.split_at_mut(bits[1].0.n_y() as usize);
+        let out = LayerVertices { z, x, y };
+        simd::vertices(self.cpu, &self.placing, &layer.cells.words, planes, step, out);
+        self.diagonals(Kind::XY, &bits[1].1, [planes[1]; 2], [0.0; 3], xy);
+    }
+
+    /// Makes the vertices on the diagonals of a kind from one plane to another, a `step` on, or
+    /// within one.
+    fn diagonals(
+        &self,
+        kind: Kind,
+        crossings: &Crossings,
+        planes: [Plane<'_, T>; 2],
+        step: Vec3,
+        out: &mut [Position],
+    ) {
+        let mut step = step;
+        if kind.dx == 1 {
+            step = add(self.placing.step_i, step);
         }
+        if kind.dy == 1 {
+            step = add(self.placing.step_j, step);
+        }
+        let between = Between { kind, crossings, planes, step };
+        simd::tetra::vertices(self.cpu, &self.placing, &between, out);
     }
 
     /// Writes the triangles of a layer whose first vertex has the id `first`.
