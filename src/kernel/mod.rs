@@ -38,7 +38,7 @@ pub use crossing::crossing;
 pub use cut::{Cut, Side};
 pub use key::Classify;
 pub use settle::{CellSurface, settle};
-pub use slab::{PatchSlices, Scratch, Slab, Totals};
+pub use slab::{PatchSlices, Scratch, SharedPlane, Slab, Totals};
 pub use tetra::{N_LANES, TetraTables, lane_corners};
 
 use std::ops::Range;
@@ -152,20 +152,31 @@ impl<T: Classify> Kernel<T> {
         }
     }
 
-    /// How many vertices and triangles the slab has. What was found stays in `scratch` for
-    /// [`Kernel::fill`].
-    pub fn count(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) -> Totals {
+    /// Turns the planes after each of the slab's layers into bits, and the one before them all if
+    /// no other worker hands it over ([`Scratch::take_first_plane`]) before [`Kernel::count`].
+    pub fn classify(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) {
         let (nx, ny) = self.placing.dims;
         let n_layers = slab.layers.len();
         scratch.prepare(nx, ny, n_layers);
-        // The plane shared with the slab before may still be there from that slab.
-        if !scratch.take_last_plane(slab.layers.start) {
-            self.classify(slab.layers.start.checked_sub(1), slab, &mut scratch.bits[0]);
+        scratch.keep_last_plane(slab.layers.start);
+        for (bits, k) in scratch.bits.iter_mut().skip(1).zip(slab.layers.clone()) {
+            self.classify_plane(Some(k), slab, bits);
         }
+        scratch.remember(slab.layers.end, n_layers);
+    }
+
+    /// How many vertices and triangles a classified slab has. What was found stays in `scratch` for
+    /// [`Kernel::fill`].
+    pub fn count(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) -> Totals {
+        if scratch.lacks_first_plane()
+            && let Some(first) = scratch.bits.first_mut()
+        {
+            self.classify_plane(slab.layers.start.checked_sub(1), slab, first);
+        }
+        let (nx, ny) = self.placing.dims;
         let mut totals = Totals::default();
         for (n, s) in slab.layers.clone().enumerate() {
             let (prev, cur, layer) = scratch.layer(n);
-            self.classify((s < self.dims.nz()).then_some(s), slab, cur);
             if self.tetra.is_some() {
                 self.count_diagonals(s, [prev, cur], layer);
             }
@@ -195,7 +206,6 @@ impl<T: Classify> Kernel<T> {
             totals.n_vertices += layer.totals.n_vertices;
             totals.n_triangles += layer.totals.n_triangles;
         }
-        scratch.remember(slab.layers.end, n_layers);
         totals
     }
 
@@ -285,7 +295,7 @@ impl<T: Classify> Kernel<T> {
         Plane { bits, samples, origin: self.place.plane_origin(k) }
     }
 
-    fn classify(&self, k: Option<usize>, slab: &Slab<'_, T>, out: &mut Bits) {
+    fn classify_plane(&self, k: Option<usize>, slab: &Slab<'_, T>, out: &mut Bits) {
         match (self.threshold, k.and_then(|k| slab.plane(k))) {
             (Some(threshold), Some(samples)) => {
                 let keys = bytemuck::must_cast_slice::<T, T::Key>(samples);

@@ -10,6 +10,7 @@
 
 mod dispense;
 mod error;
+mod handover;
 mod memory;
 mod options;
 mod patches;

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use super::dispense::Dispenser;
+use super::handover::Handover;
 use super::plan::Plan;
 use super::sequence::{Sequence, Stop};
 use super::{RunError, RunOptions};
@@ -78,6 +79,7 @@ pub(super) struct Outcome {
 struct Surface<'a, T: Classify, O: Output<T>> {
     kernel: Kernel<T>,
     output: &'a O,
+    handover: Handover,
     ledger: Sequence<(Totals, O::Store)>,
 }
 
@@ -94,7 +96,7 @@ pub(super) fn run<T: Classify, O: Output<T>>(
         .into_iter()
         .map(|(kernel, output)| {
             let ledger = Sequence::new((Totals::default(), output.store()));
-            Surface { kernel, output: &*output, ledger }
+            Surface { kernel, output: &*output, handover: Handover::new(threads), ledger }
         })
         .collect();
     let job = Job {
@@ -177,6 +179,8 @@ impl<T: Classify, O: Output<T>> Job<'_, '_, T, O> {
             if self.options.cancel.is_raised() {
                 return Err((number, RunError::Interrupted));
             }
+            surface.kernel.classify(&slab, scratch);
+            surface.handover.exchange(number, scratch);
             let totals = surface.kernel.count(&slab, scratch);
             spent.mesh += begun.elapsed();
             let entered = surface.ledger.in_turn(&self.stop, number, |(sum, store)| {

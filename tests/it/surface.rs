@@ -38,6 +38,7 @@ pub(crate) fn mesh_on<T: Classify>(volume: ArrayView3<'_, T>, rule: Rule, cpu: C
     let planes: Vec<&[T]> = samples.chunks_exact(nx * ny).collect();
     let slab = Slab { layers: 0..nz + 1, first_plane: 0, planes: &planes };
     let mut scratch = Scratch::default();
+    kernel.classify(&slab, &mut scratch);
     let totals = kernel.count(&slab, &mut scratch);
     let mut vertices = vec![[0.0; 3]; totals.n_vertices as usize];
     let mut triangles = vec![[0; 3]; totals.n_triangles as usize];
