@@ -12,6 +12,7 @@ mod cli;
 mod convergence;
 mod dicom;
 mod dicom_hostile;
+mod dicom_refused;
 mod dicom_synthetic;
 mod jpegls;
 mod nifti;

@@ -81,11 +81,14 @@ pub(super) fn assess(mut group: Group, instances: &[Instance]) -> Option<Candida
         frames,
         uniform: true,
     };
-    candidate.problem = place(&mut candidate, &group, instances, notes);
-    if candidate.problem.is_none() || candidate.obstacle(true).is_none() {
-        let file = file_problem(&candidate, instances);
-        candidate.problem = file.or(doubles).or(candidate.problem);
-    }
+    let problem = place(&mut candidate, &group, instances, notes);
+    let file = || file_problem(&candidate, instances);
+    candidate.problem = match problem {
+        // What is wrong with a file that stands alone says more than that it stands alone.
+        Some(problem @ DicomError::TooFew { .. }) => file().or(Some(problem)),
+        problem @ (None | Some(DicomError::MissingSlices { .. })) => file().or(doubles).or(problem),
+        problem => problem,
+    };
     Some(candidate)
 }
 
@@ -114,8 +117,7 @@ fn place(
 ) -> Option<DicomError> {
     let (first, _) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
     if first.is_mosaic {
-        let what = "a Siemens mosaic: one picture holds a whole volume as tiles".to_owned();
-        return Some(DicomError::NotSlices { what });
+        return Some(DicomError::Mosaic);
     }
     let Some(facing) = group.facing else {
         candidate.dims[2] = group.frames.len();
