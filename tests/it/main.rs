@@ -9,6 +9,7 @@ mod support;
 
 mod cells;
 mod cli;
+mod cli_dicom;
 mod convergence;
 mod dicom;
 mod dicom_hostile;

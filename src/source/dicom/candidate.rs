@@ -113,7 +113,7 @@ fn place(
     candidate: &mut Candidate,
     group: &Group,
     instances: &[Instance],
-    notes: Vec<Note>,
+    mut notes: Vec<Note>,
 ) -> Option<DicomError> {
     let (first, _) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
     if first.is_mosaic {
@@ -154,6 +154,9 @@ fn place(
     };
     candidate.series.tilt_degrees = arranged.tilt_degrees;
     let missing = arranged.missing;
+    if let Some(gaps) = arranged.gaps_mm.as_ref().filter(|_| missing.is_none()) {
+        notes.push(uneven(gaps));
+    }
     let meta = meta(candidate, arranged.grid, arranged.gaps_mm, first, instances, notes);
     candidate.meta = Some(meta);
     missing.map(|m| missing_error(&m, candidate, instances, String::new()))
@@ -181,13 +184,21 @@ fn frame_name((instance, frame): (&Instance, &super::instance::Frame)) -> String
     }
 }
 
+fn uneven(gaps: &[f64]) -> Note {
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = gaps.iter().copied().fold(0.0, f64::max);
+    Note::Other(format!(
+        "the slices are unevenly spaced ({least:.2} to {most:.2} mm): each is meshed where it lies"
+    ))
+}
+
 fn meta(
     candidate: &mut Candidate,
     grid: Grid,
     gaps_mm: Option<Vec<f64>>,
     first: &Instance,
     instances: &[Instance],
-    mut notes: Vec<Note>,
+    notes: Vec<Note>,
 ) -> Meta {
     let all: Vec<_> = candidate.frames.iter().filter_map(|r| r.get(instances)).collect();
     let scale = all.first().map(|(_, f)| (f.slope, f.inter));
@@ -195,13 +206,6 @@ fn meta(
     let same_scale = all.iter().all(|(_, f)| Some((f.slope, f.inter)) == scale);
     candidate.uniform = same_scale && all.iter().all(|(i, _)| Some(i.padding) == padding);
     let rescale = scale.filter(|_| candidate.uniform).and_then(|(s, i)| Rescale::new(s, i));
-    if let Some(gaps) = &gaps_mm {
-        let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = gaps.iter().copied().fold(0.0, f64::max);
-        notes.push(Note::Other(format!(
-            "the slices are unevenly spaced ({least:.2} to {most:.2} mm): each is meshed where it lies"
-        )));
-    }
     let description = [candidate.series.description.clone(), candidate.apart.clone()];
     let description = description.into_iter().flatten().collect::<Vec<_>>().join(", ");
     Meta {
@@ -311,4 +315,16 @@ fn file_problem(candidate: &Candidate, instances: &[Instance]) -> Option<DicomEr
 pub(super) fn syntax_names(facts: &SeriesFacts) -> String {
     let names: Vec<&str> = facts.transfer_syntaxes.iter().map(|s| syntax::name(s)).collect();
     names.join(", ")
+}
+
+/// The same in one or two words each.
+pub(super) fn short_syntax_names(facts: &SeriesFacts) -> String {
+    let mut names: Vec<&str> =
+        facts.transfer_syntaxes.iter().map(|s| syntax::short_name(s)).collect();
+    names.dedup();
+    match names.as_slice() {
+        [] => String::new(),
+        [name] => (*name).to_owned(),
+        [name, others @ ..] => format!("{name} +{}", others.len()),
+    }
 }

@@ -49,3 +49,8 @@ pub fn is_dicom(head: &[u8]) -> bool {
 pub fn syntax_names(series: &crate::volume::SeriesFacts) -> String {
     candidate::syntax_names(series)
 }
+
+/// The same in one or two words each, for tables.
+pub fn short_syntax_names(series: &crate::volume::SeriesFacts) -> String {
+    candidate::short_syntax_names(series)
+}

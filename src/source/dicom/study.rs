@@ -14,6 +14,9 @@ use crate::error::Error;
 use crate::source::Volume;
 use crate::volume::Note;
 
+/// Other volumes named at most in a note; `mcubes info` lists them all.
+const MOST_NAMED: usize = 6;
+
 /// What a folder, file or archive of DICOM holds.
 #[derive(Clone)]
 pub struct Study {
@@ -148,7 +151,10 @@ impl Study {
         if let Some(problem) = candidate.obstacle(options.span_gaps) {
             return Err(self.error(problem.clone()));
         }
-        let meta = candidate.meta.clone().ok_or_else(no_such)?;
+        let mut meta = candidate.meta.clone().ok_or_else(no_such)?;
+        if let Some(spanned) = &candidate.problem {
+            meta.notes.push(Note::Other(format!("meshed across gaps as asked: {spanned}")));
+        }
         let pixels = Pixels::prepare(&candidate.frames, &self.instances)
             .map_err(|(name, fault)| self.file_error(&name, &fault, 0))?;
         Ok(Volume { planes: planes::open(pixels, &meta, candidate.uniform), meta })
@@ -196,8 +202,13 @@ impl Study {
             .map(|(_, volume)| volume.title())
             .collect();
         (!others.is_empty()).then(|| {
-            let (title, others) = (taken.title(), others.join("; "));
-            Note::Other(format!("volume {title} is meshed; --series N chooses another: {others}"))
+            let shown = others.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; ");
+            let more = others.len().saturating_sub(MOST_NAMED);
+            let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+            let title = taken.title();
+            Note::Other(format!(
+                "volume {title} is meshed; --series N chooses another: {shown}{more}"
+            ))
         })
     }
 }
