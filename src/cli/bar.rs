@@ -42,7 +42,7 @@ impl Headers {
             return Self(ProgressBar::hidden());
         }
         let bar = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} reading headers: {pos} files") {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} reading headers, file {pos}") {
             bar.set_style(style);
         }
         Self(bar)

@@ -88,7 +88,7 @@ pub(crate) fn text(path: &Path, study: &Study) -> String {
             path.display()
         ),
     };
-    table(&mut out, study, default);
+    table(&mut out, study, default.filter(|_| study.volumes.len() > 1));
     let problems = |v: &Candidate| v.problem.iter().map(ToString::to_string).collect();
     for (problem, numbers) in shared(study, problems) {
         let s = if numbers.len() == 1 { "" } else { "s" };

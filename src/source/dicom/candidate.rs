@@ -1,11 +1,12 @@
 //! One candidate volume: its frames in order, what is known of it, and what stands in its way.
 
+use super::doubles::drop_doubles;
 use super::error::{DicomError, FileFault};
-use super::instance::Instance;
+use super::instance::{Instance, frame_name};
 use super::order::{self, ArrangeError, Arranged, Missing};
-use super::pixels::Pixels;
 use super::series::{self, FrameRef, Group};
 use super::syntax;
+use crate::cancel::Cancel;
 use crate::geom::Grid;
 use crate::geom::vec3::Vec3;
 use crate::volume::{Format, Meta, Note, Padding, Rescale, SeriesFacts};
@@ -63,12 +64,18 @@ impl Candidate {
 }
 
 /// Makes a candidate of a group that is split as far as it goes. Its number is given later.
-pub(super) fn assess(mut group: Group, instances: &[Instance]) -> Option<Candidate> {
+///
+/// Where the run is stopped meanwhile, what comes back is not to be used.
+pub(super) fn assess(
+    mut group: Group,
+    instances: &[Instance],
+    cancel: &Cancel,
+) -> Option<Candidate> {
     let n_images = group.frames.len();
     let (first, _) = group.frames.first()?.get(instances)?;
     let runs = series::sort(&mut group, instances);
     let mut notes = Vec::new();
-    let (frames, doubles) = drop_doubles(&group, &runs, instances, &mut notes);
+    let (frames, doubles) = drop_doubles(&group, &runs, instances, cancel, &mut notes);
     let mut candidate = Candidate {
         number: 0,
         modality: first.modality.clone(),
@@ -175,15 +182,6 @@ fn missing_error(
     missing.error(name, faults)
 }
 
-/// A frame's name: the file's, with the frame's number from 1 where the file has several.
-fn frame_name((instance, frame): (&Instance, &super::instance::Frame)) -> String {
-    if instance.n_frames > 1 {
-        format!("{} frame {}", instance.name, frame.index + 1).trim_start().to_owned()
-    } else {
-        instance.name.clone()
-    }
-}
-
 fn uneven(gaps: &[f64]) -> Note {
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = gaps.iter().copied().fold(0.0, f64::max);
@@ -243,50 +241,6 @@ fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
         names = format!("{names} and {more} more");
     }
     DicomError::NoGeometry { what: format!("no {}", what.join(", no ")), names }
-}
-
-/// Keeps one frame a position. Doubles of the same samples are dropped with a note; different
-/// images at one position are an error.
-fn drop_doubles(
-    group: &Group,
-    runs: &[std::ops::Range<usize>],
-    instances: &[Instance],
-    notes: &mut Vec<Note>,
-) -> (Vec<FrameRef>, Option<DicomError>) {
-    if runs.is_empty() {
-        return (group.frames.clone(), None);
-    }
-    let mut kept = Vec::new();
-    let mut dropped = Vec::new();
-    let mut conflicts = Vec::new();
-    for run in runs {
-        let mut same = group.frames.get(run.clone()).unwrap_or_default().iter().copied();
-        let Some(mut best) = same.next() else { continue };
-        for other in same {
-            let (Some(a), Some(b)) = (best.get(instances), other.get(instances)) else { continue };
-            if a.0.fault.is_some() && b.0.fault.is_none() {
-                dropped.push(frame_name(a));
-                best = other;
-            } else if b.0.fault.is_some() || Pixels::same_frame(a, b) {
-                dropped.push(frame_name(b));
-            } else {
-                conflicts.push(format!("{} and {}", frame_name(a), frame_name(b)));
-            }
-        }
-        kept.push(best);
-    }
-    if !dropped.is_empty() {
-        let count = dropped.len();
-        let s = if count == 1 { "" } else { "s" };
-        let first = dropped.first().cloned().unwrap_or_default();
-        notes.push(Note::Other(format!("{count} double image{s} left out ({first})")));
-    }
-    let count = conflicts.len();
-    let problem = (count > 0).then(|| {
-        conflicts.truncate(3);
-        DicomError::Conflict { count, names: conflicts.join(", ") }
-    });
-    (kept, problem)
 }
 
 /// The first fault among the files that make up a candidate.

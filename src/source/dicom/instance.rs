@@ -73,6 +73,15 @@ pub(super) struct Frame {
     pub(super) mixed: [Option<String>; SPLITTERS.len()],
 }
 
+/// A frame's name: the file's, with the frame's number from 1 where the file has several.
+pub(super) fn frame_name((instance, frame): (&Instance, &Frame)) -> String {
+    if instance.n_frames > 1 {
+        format!("{} frame {}", instance.name, frame.index + 1).trim_start().to_owned()
+    } else {
+        instance.name.clone()
+    }
+}
+
 /// What a series may mix under one UID, in the order in which a split is tried.
 pub(super) const SPLITTERS: [&str; 7] = [
     "echo time",

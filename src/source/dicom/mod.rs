@@ -8,6 +8,7 @@ mod blob;
 mod candidate;
 mod codec;
 mod decode;
+mod doubles;
 mod element;
 mod error;
 mod fragments;

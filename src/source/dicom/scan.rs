@@ -65,10 +65,10 @@ fn single(path: &Path, blob: Blob, options: &ScanOptions<'_>) -> Result<Study, E
         Scanned::Foreign => Err(Error::at(path, FileFault::NotDicom)),
         Scanned::Aside { what, series } => {
             let aside = SetAside { what, series_number: series, count: 1, first: name };
-            Ok(Study::build(path, Vec::new(), vec![aside], Vec::new(), 1))
+            Ok(Study::build(path, Vec::new(), vec![aside], Vec::new(), 1, &options.cancel))
         }
         Scanned::Image(instance) => {
-            Ok(Study::build(path, vec![*instance], Vec::new(), Vec::new(), 1))
+            Ok(Study::build(path, vec![*instance], Vec::new(), Vec::new(), 1, &options.cancel))
         }
     }
 }
@@ -153,7 +153,13 @@ fn read_all(
     if instances.is_empty() && faults.is_empty() && only_foreign {
         return Err(Error::at(path, DicomError::NoImages { files: n_files }));
     }
-    Ok(Study::build(path, instances, asides, faults, n_files))
+    let build = || Study::build(path, instances, asides, faults, n_files, &options.cancel);
+    let study =
+        on_threads(options.threads, build).map_err(|e| Error::at(path, FileFault::io(e)))?;
+    if options.cancel.is_raised() {
+        return Err(Error::at(path, DicomError::Interrupted));
+    }
+    Ok(study)
 }
 
 /// Reads the headers of files side by side; nothing of those left when the run is stopped.

@@ -10,6 +10,7 @@ use super::pixels::Pixels;
 use super::planes;
 use super::series;
 use super::set_aside::{SetAside, What};
+use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::source::Volume;
 use crate::volume::Note;
@@ -59,12 +60,13 @@ impl Study {
         set_aside: Vec<SetAside>,
         faults: Vec<Fault>,
         n_files: usize,
+        cancel: &Cancel,
     ) -> Self {
         instances.sort_by(|a, b| series_order(a, b).then_with(|| a.name.cmp(&b.name)));
         let mut volumes: Vec<Candidate> = series::group(&instances)
             .into_iter()
             .flat_map(|group| series::split(group, &instances))
-            .filter_map(|group| assess(group, &instances))
+            .filter_map(|group| assess(group, &instances, cancel))
             .collect();
         let key = |c: &Candidate| {
             let first = c.frames.first().and_then(|r| r.get(&instances)).map(|(i, _)| i);
