@@ -141,3 +141,43 @@ fn a_damaged_jpeg_ls_frame_says_what_is_wrong_with_it() {
         );
     }
 }
+
+/// Nine slices of which the last is cut short within its samples; the folder, and its path.
+fn cut_at_the_end() -> (TempDir, std::path::PathBuf, Vec<u8>) {
+    let folder = TempDir::new().unwrap();
+    let series = Series::axial(N_SLICES);
+    for k in 0..N_SLICES {
+        std::fs::write(folder.path().join(format!("S{k}")), series.image(k, k + 1)).unwrap();
+    }
+    let last = folder.path().join(format!("S{}", N_SLICES - 1));
+    let whole = std::fs::read(&last).unwrap();
+    std::fs::write(&last, &whole[..whole.len() - 999]).unwrap();
+    (folder, last, whole)
+}
+
+#[test]
+fn a_slice_cut_short_is_refused_wherever_it_lies_unless_a_whole_one_is_in_its_place() {
+    let (folder, _, whole) = cut_at_the_end();
+    let error = refusal(folder.path());
+    assert_eq!(error.kind(), Kind::TruncatedData, "{error}");
+    assert!(error.to_string().contains("S8: element (7FE0,0010) claims"), "{error}");
+    // A copy that is whole completes the volume.
+    std::fs::write(folder.path().join("again"), whole).unwrap();
+    let study = scan(folder.path());
+    let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
+    assert_eq!(volume.meta.grid.dims.nz(), N_SLICES);
+    let notes: Vec<String> = volume.meta.notes.iter().map(ToString::to_string).collect();
+    assert!(notes[0].contains("a whole image is in its place: S8: element"), "{notes:?}");
+}
+
+#[test]
+fn an_image_that_ends_before_its_samples_is_named_and_no_object_without_pixels() {
+    let (folder, last, whole) = cut_at_the_end();
+    let at = whole.windows(4).position(|w| w == [0xE0, 0x7F, 0x10, 0x00]).unwrap();
+    std::fs::write(last, &whole[..at]).unwrap();
+    let study = scan(folder.path());
+    assert_eq!(study.faults.len(), 1);
+    let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
+    let notes: Vec<String> = volume.meta.notes.iter().map(ToString::to_string).collect();
+    assert!(notes[0].contains("left out: S8: PixelData is absent"), "{notes:?}");
+}

@@ -92,7 +92,9 @@ pub(super) fn assess(
     let file = || file_problem(&candidate, instances);
     candidate.problem = match problem {
         // What is wrong with a file that stands alone says more than that it stands alone.
-        Some(problem @ DicomError::TooFew { .. }) => file().or(Some(problem)),
+        Some(problem @ (DicomError::TooFew { .. } | DicomError::NoGeometry { .. })) => {
+            file().or(Some(problem))
+        }
         problem @ (None | Some(DicomError::MissingSlices { .. })) => file().or(doubles).or(problem),
         problem => problem,
     };

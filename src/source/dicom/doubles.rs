@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::error::DicomError;
+use super::error::{DicomError, others};
 use super::instance::{Instance, frame_name};
 use super::pixels::Pixels;
 use super::series::{FrameRef, Group};
@@ -30,16 +30,24 @@ pub(super) fn drop_doubles(
         })
         .collect();
     let (mut kept, mut dropped, mut conflicts) = (Vec::new(), Vec::new(), Vec::new());
+    let mut faulty = Vec::new();
     for position in settled {
         kept.extend(position.kept);
         dropped.extend(position.dropped);
         conflicts.extend(position.conflicts);
+        faulty.extend(position.faulty);
     }
     if !dropped.is_empty() {
         let count = dropped.len();
         let s = if count == 1 { "" } else { "s" };
         let first = dropped.first().cloned().unwrap_or_default();
         notes.push(Note::Other(format!("{count} double image{s} left out ({first})")));
+    }
+    if let Some(first) = faulty.first() {
+        let more = others(faulty.len() - 1);
+        notes.push(Note::Other(format!(
+            "left out, as a whole image is in its place: {first}{more}"
+        )));
     }
     let count = conflicts.len();
     let problem = (count > 0).then(|| {
@@ -55,6 +63,8 @@ struct Position {
     kept: Option<FrameRef>,
     dropped: Vec<String>,
     conflicts: Vec<String>,
+    /// Damaged ones in whose place there is a whole one, with what is wrong.
+    faulty: Vec<String>,
 }
 
 fn one_position(same: &[FrameRef], instances: &[Instance], cancel: &Cancel) -> Position {
@@ -65,10 +75,12 @@ fn one_position(same: &[FrameRef], instances: &[Instance], cancel: &Cancel) -> P
             position.kept = Some(other);
             continue;
         };
-        if a.0.fault.is_some() && b.0.fault.is_none() {
-            position.dropped.push(frame_name(a));
+        if let Some(fault) = &b.0.fault {
+            position.faulty.push(format!("{}: {fault}", frame_name(b)));
+        } else if let Some(fault) = &a.0.fault {
+            position.faulty.push(format!("{}: {fault}", frame_name(a)));
             position.kept = Some(other);
-        } else if b.0.fault.is_some() || (!cancel.is_raised() && Pixels::same_frame(a, b)) {
+        } else if !cancel.is_raised() && Pixels::same_frame(a, b) {
             position.dropped.push(frame_name(b));
         } else {
             position.conflicts.push(format!("{} and {}", frame_name(a), frame_name(b)));

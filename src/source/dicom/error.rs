@@ -284,7 +284,8 @@ fn in_brackets(name: &str) -> String {
     if name.is_empty() { String::new() } else { format!(" ({name})") }
 }
 
-fn others(more: usize) -> String {
+/// How many files more.
+pub(super) fn others(more: usize) -> String {
     match more {
         0 => String::new(),
         1 => " (and 1 more file)".to_owned(),
