@@ -6,9 +6,11 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::args::{EndianArg, ExtractArgs, FormatArg, GapsArg, OutputArgs, ReadingArgs, SpaceArg};
+use super::args::{
+    EndianArg, ExtractArgs, FormatArg, GapsArg, MethodArg, OutputArgs, ReadingArgs, SpaceArg,
+};
 use crate::geom::Space;
-use crate::pipeline::{Side, SurfaceOptions};
+use crate::pipeline::{Method, Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
 use crate::source::RawOptions;
 use crate::source::dicom::Selector;
@@ -105,8 +107,12 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     let format = format(&args.output, &output)?;
     let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let surface =
-        SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
+    let method = match args.surface.method {
+        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
+        Some(MethodArg::Cubes) | None => Method::Cubes,
+    };
+    let open = args.surface.open;
+    let surface = SurfaceOptions { side, method, open, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
     let input = source(input, &reading)?;
     let threads = at_least_one("--threads", args.threads)?.unwrap_or_else(processors);
     let crop = args.surface.crop;

@@ -26,6 +26,7 @@ mod readers;
 mod surface;
 mod survey;
 mod tables;
+mod tetra;
 mod topology;
 mod wrap;
 mod writers;
