@@ -6,7 +6,8 @@
 
 use super::blob::Stream;
 use super::element::{
-    Element, Encoding, UNDEFINED, append, defined_length, has_long_length, read_element, skip,
+    Element, Encoding, UNDEFINED, append, check_whole, defined_length, has_long_length,
+    read_element, skip,
 };
 use super::error::{FileFault, Tag};
 use super::start::{self, find_start, read_meta, settle_encoding};
@@ -208,6 +209,7 @@ impl Walker<'_> {
         if !kept || &element.vr == b"UN" {
             return skip(&mut self.stream, element, length);
         }
+        check_whole(element, explicit)?;
         if length > MAX_VALUE {
             return Err(FileFault::HeaderTooLarge { limit: MAX_VALUE });
         }
