@@ -91,10 +91,21 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
         Some(SpaceArg::Voxel) => Space::Voxel,
     };
     let format = format(&args.output, &output)?;
-    let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
+    let normals = args.surface.normals;
+    if normals && format == Format::Stl {
+        return Err(Usage::new(
+            "--normals: STL has no vertex normals, only those of its triangles",
+        )
+        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
+    }
+    let mesh = MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let surface =
-        SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
+    let surface = SurfaceOptions {
+        side,
+        open: args.surface.open,
+        normals,
+        ..SurfaceOptions::at(iso.unwrap_or(0.5))
+    };
     let input = if is_dash(&input) {
         if reading.raw.is_none() {
             return Err(Usage::new("standard input is read as raw samples, --dims is missing")

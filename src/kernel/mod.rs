@@ -21,6 +21,7 @@ mod fan;
 mod key;
 mod layer;
 mod loops;
+mod normal;
 mod settle;
 mod settled;
 mod simd;
@@ -163,6 +164,7 @@ impl<T: Classify> Kernel<T> {
     ) {
         let mut vertices = out.vertices;
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
+        let mut normals = out.normals;
         let mut first = first_vertex;
         if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1))
             && let Some(samples) = slab.plane(k)
@@ -178,6 +180,11 @@ impl<T: Classify> Kernel<T> {
             let (own, rest) = vertices.split_at_mut(layer.totals.n_vertices as usize);
             vertices = rest;
             self.layer_vertices(s, slab, planes, layer, own);
+            if let Some(all) = normals.take() {
+                let (own, rest) = all.split_at_mut(layer.totals.n_vertices as usize);
+                normals = Some(rest);
+                self.layer_normals(s, slab, planes, layer, own);
+            }
 
             let extra = layer.settled.extra.len() as u32;
             let job = Triangles {

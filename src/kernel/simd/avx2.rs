@@ -9,9 +9,10 @@ use super::super::bits::BitPlane;
 use super::super::emit::{Triangles, settled_row};
 use super::super::key::Threshold;
 use super::super::layer::{Cells, Counts, Layer, row_cells};
+use super::super::normal::Around;
 use super::super::vertices::Placing;
 use crate::geom::vec3::Vec3;
-use crate::mesh::Position;
+use crate::mesh::{Normal, Position};
 use crate::volume::Sample;
 
 macro_rules! key {
@@ -216,4 +217,22 @@ pub(super) fn z_vertices<T: Sample>(
     out: &mut [Position],
 ) {
     placing.z(planes, samples, between, out);
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn plane_normals<T: Sample>(
+    around: &Around<'_, T>,
+    bits: &BitPlane,
+    out: &mut [Normal],
+) {
+    around.plane(bits, out);
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn z_normals<T: Sample>(
+    around: &Around<'_, T>,
+    planes: [&BitPlane; 2],
+    out: &mut [Normal],
+) {
+    around.z(planes, out);
 }
