@@ -8,7 +8,6 @@ use crate::volume::Sample;
 
 impl<T: Sample> Around<'_, T> {
     /// The normals of the vertices on the X edges of a plane, then of those on its Y edges.
-    #[inline(always)]
     pub(in crate::kernel) fn plane(&self, bits: &BitPlane, out: &mut [Normal]) {
         let (x, y) = out.split_at_mut(bits.n_x() as usize);
         if !x.is_empty() {
@@ -19,7 +18,6 @@ impl<T: Sample> Around<'_, T> {
         }
     }
 
-    #[inline(always)]
     fn x(&self, bits: &BitPlane, out: &mut [Normal]) {
         let (nx, ny) = self.placing.dims;
         let caps = [-1.0, 1.0].map(|x| self.direction([x, 0.0, 0.0]));
@@ -52,10 +50,9 @@ impl<T: Sample> Around<'_, T> {
                 });
             }
         }
-        gathered.finish::<0>(self, out);
+        gathered.flush::<0>(self, out);
     }
 
-    #[inline(always)]
     fn y(&self, bits: &BitPlane, out: &mut [Normal]) {
         let (nx, ny) = self.placing.dims;
         let (first, last) = if self.placing.open { (1, ny) } else { (0, ny + 1) };
@@ -85,11 +82,10 @@ impl<T: Sample> Around<'_, T> {
                 });
             }
         }
-        gathered.finish::<1>(self, out);
+        gathered.flush::<1>(self, out);
     }
 
     /// The normals of the vertices on the Z edges between two planes.
-    #[inline(always)]
     pub(in crate::kernel) fn z(&self, [prev, cur]: [&BitPlane; 2], out: &mut [Normal]) {
         let (nx, ny) = self.placing.dims;
         let mut gathered = Gathered::new();
@@ -113,7 +109,7 @@ impl<T: Sample> Around<'_, T> {
                 });
             }
         }
-        gathered.finish::<2>(self, out);
+        gathered.flush::<2>(self, out);
     }
 }
 

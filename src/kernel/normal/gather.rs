@@ -5,8 +5,8 @@
 
 use super::frame::{Across, Frame};
 use crate::geom::vec3::Vec3;
-use crate::kernel::crossing;
 use crate::kernel::vertices::Placing;
+use crate::kernel::{Cpu, crossing, simd};
 use crate::mesh::Normal;
 use crate::volume::Sample;
 
@@ -28,6 +28,7 @@ type Star<S> = [S; 12];
 /// What the normals of one plane's edges, or of the edges between two planes, are made of.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::kernel) struct Around<'a, T> {
+    pub(super) cpu: Cpu,
     pub(super) placing: &'a Placing,
     /// 1 where values rise from the iso value into the inside, else -1.
     pub(super) sign: f64,
@@ -40,7 +41,8 @@ pub(in crate::kernel) struct Around<'a, T> {
 }
 
 /// Edges along one axis whose normals are still to be made.
-pub(super) struct Gathered<T> {
+#[derive(Debug)]
+pub(in crate::kernel) struct Gathered<T> {
     n: usize,
     /// Where `a` is in its plane.
     places: [usize; LANES],
@@ -64,27 +66,34 @@ impl<T: Sample> Gathered<T> {
         slot: usize,
         out: &mut [Normal],
     ) {
-        let n = self.n;
+        let n = self.n % LANES;
         self.places[n] = place;
         self.slots[n] = slot;
         for (lanes, sample) in self.samples.iter_mut().zip(around.star::<AXIS>(place)) {
             lanes[n] = sample;
         }
-        self.n = (n + 1) % LANES;
-        if self.n == 0 {
-            self.make::<AXIS>(around, LANES, out);
+        self.n = n + 1;
+        if self.n == LANES {
+            self.flush::<AXIS>(around, out);
         }
     }
 
-    /// Makes the normals that are left.
-    #[inline(always)]
-    pub(super) fn finish<const AXIS: usize>(&mut self, around: &Around<'_, T>, out: &mut [Normal]) {
-        let n = std::mem::take(&mut self.n);
-        self.make::<AXIS>(around, n, out);
+    /// Makes the normals of the edges gathered.
+    pub(super) fn flush<const AXIS: usize>(&mut self, around: &Around<'_, T>, out: &mut [Normal]) {
+        simd::normals::<T, AXIS>(around.cpu, around, self, out);
+        self.n = 0;
     }
 
+    /// Writes the normals of the edges gathered.
+    ///
+    /// Inlined into one function an instruction set.
     #[inline(always)]
-    fn make<const AXIS: usize>(&self, around: &Around<'_, T>, n: usize, out: &mut [Normal]) {
+    pub(in crate::kernel) fn make<const AXIS: usize>(
+        &self,
+        around: &Around<'_, T>,
+        out: &mut [Normal],
+    ) {
+        let n = self.n.min(LANES);
         let frame = around.frame.times(-around.sign);
         let mut normals = [[0f32; LANES]; 3];
         let mut are_usual = [false; LANES];

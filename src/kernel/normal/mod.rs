@@ -15,13 +15,13 @@ mod edges;
 mod frame;
 mod gather;
 
-pub(super) use gather::Around;
+pub(super) use gather::{Around, Gathered};
 
 use super::bits::BitPlane;
 use super::cube::{corner_at, edge_axis, edge_corners};
 use super::decide::gradient;
 use super::slab::LayerScratch;
-use super::{CellSurface, Classify, Kernel, Row, Slab, crossing, simd};
+use super::{CellSurface, Classify, Kernel, Row, Slab, crossing};
 use crate::geom::vec3::{Vec3, cross, sub};
 use crate::mesh::Normal;
 use frame::{Across, Frame};
@@ -45,7 +45,7 @@ impl<T: Classify> Kernel<T> {
             match (before, ends) {
                 (Some(k), [Some(a), Some(b)]) => {
                     let around = self.around(slab, k, [a, b], true);
-                    simd::z_normals(self.cpu, &around, planes, z);
+                    around.z(planes, z);
                 }
                 (_, [_, after]) => {
                     let outward = if after.is_some() { -1.0 } else { 1.0 };
@@ -61,7 +61,7 @@ impl<T: Classify> Kernel<T> {
             && !plane.is_empty()
         {
             let around = self.around(slab, s, [samples; 2], false);
-            simd::plane_normals(self.cpu, &around, planes[1], plane);
+            around.plane(planes[1], plane);
         }
     }
 
@@ -84,6 +84,7 @@ impl<T: Classify> Kernel<T> {
             ([across; 2], step)
         };
         Around {
+            cpu: self.cpu,
             placing: &self.placing,
             sign: self.sign,
             planes: [before, a, at(k + 1), at(k + if between { 2 } else { 1 })],

@@ -9,7 +9,7 @@ use super::super::bits::BitPlane;
 use super::super::emit::{Triangles, settled_row};
 use super::super::key::Threshold;
 use super::super::layer::{Cells, Counts, Layer, row_cells};
-use super::super::normal::Around;
+use super::super::normal::{Around, Gathered};
 use super::super::vertices::Placing;
 use crate::geom::vec3::Vec3;
 use crate::mesh::{Normal, Position};
@@ -219,20 +219,12 @@ pub(super) fn z_vertices<T: Sample>(
     placing.z(planes, samples, between, out);
 }
 
+/// The plain arithmetic of normals, compiled to vectors.
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn plane_normals<T: Sample>(
+pub(super) fn normals<T: Sample, const AXIS: usize>(
     around: &Around<'_, T>,
-    bits: &BitPlane,
+    gathered: &Gathered<T>,
     out: &mut [Normal],
 ) {
-    around.plane(bits, out);
-}
-
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn z_normals<T: Sample>(
-    around: &Around<'_, T>,
-    planes: [&BitPlane; 2],
-    out: &mut [Normal],
-) {
-    around.z(planes, out);
+    gathered.make::<AXIS>(around, out);
 }

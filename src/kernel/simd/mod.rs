@@ -18,7 +18,7 @@ use super::cpu::Cpu;
 use super::emit::Triangles;
 use super::key::Threshold;
 use super::layer::{Cells, Counts, Layer, row_cells};
-use super::normal::Around;
+use super::normal::{Around, Gathered};
 use super::vertices::Placing;
 use crate::geom::vec3::Vec3;
 use crate::mesh::{Normal, Position};
@@ -141,34 +141,18 @@ pub(super) fn z_vertices<T: Sample>(
     );
 }
 
-/// Makes the normals of the vertices on the X edges of a plane, then of those on its Y edges.
-pub(super) fn plane_normals<T: Sample>(
+/// Makes the normals of gathered edges.
+pub(super) fn normals<T: Sample, const AXIS: usize>(
     cpu: Cpu,
     around: &Around<'_, T>,
-    bits: &BitPlane,
+    gathered: &Gathered<T>,
     out: &mut [Normal],
 ) {
     dispatch!(
         cpu,
-        around.plane(bits, out),
-        around.plane(bits, out),
-        avx2::plane_normals(around, bits, out),
-        avx2::plane_normals(around, bits, out)
-    );
-}
-
-/// Makes the normals of the vertices on the Z edges of a layer.
-pub(super) fn z_normals<T: Sample>(
-    cpu: Cpu,
-    around: &Around<'_, T>,
-    planes: [&BitPlane; 2],
-    out: &mut [Normal],
-) {
-    dispatch!(
-        cpu,
-        around.z(planes, out),
-        around.z(planes, out),
-        avx2::z_normals(around, planes, out),
-        avx2::z_normals(around, planes, out)
+        gathered.make::<AXIS>(around, out),
+        gathered.make::<AXIS>(around, out),
+        avx2::normals::<T, AXIS>(around, gathered, out),
+        avx2::normals::<T, AXIS>(around, gathered, out)
     );
 }
