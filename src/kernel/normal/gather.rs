@@ -13,6 +13,10 @@ use crate::volume::Sample;
 /// Edges gathered before their normals are made.
 const LANES: usize = 64;
 
+/// A gradient leads against its edge where it leans back by more than this: the square of the
+/// cotangent of 14 degrees.
+const AGAINST: f64 = 16.0;
+
 /// Factors of the differences to the sample before and to the one after, for each axis.
 type Weights = [[f64; 2]; 3];
 
@@ -38,6 +42,9 @@ pub(in crate::kernel) struct Around<'a, T> {
     /// For the planes of `a` and of the one after.
     pub(super) across: [Across; 2],
     pub(super) frame: Frame,
+    /// What the squares of slopes along i, j and k are multiplied by to be compared: 1 over the
+    /// square of the step, up to a factor.
+    pub(super) squares: [f64; 3],
 }
 
 /// Edges along one axis whose normals are still to be made.
@@ -158,8 +165,9 @@ impl<T: Sample> Around<'_, T> {
     /// The slopes along i, j and k at the vertex, `weights` those of the two ends along i and j
     /// where one of them is at the `BORDER`.
     ///
-    /// Along the edge itself they lead from one side to the other, as the edge does: where central
-    /// differences say otherwise, in features thinner than a step, the edge's own is taken.
+    /// Where the field is resolved, they do not lead against the edge, but for the little that it
+    /// curves within a step. Features thinner than a step can have central differences that say just
+    /// the opposite of the edge between them: there the slope along the edge is the edge's own.
     #[inline(always)]
     fn slopes<const AXIS: usize, const BORDER: bool>(
         &self,
@@ -199,8 +207,19 @@ impl<T: Sample> Around<'_, T> {
         } else {
             mix(within(AXIS, 0, [before, a, b]), within(AXIS, 1, [a, b, after]))
         };
-        let along = if along * 1f64.copysign(rise) > 0.0 { along } else { rise };
         let (u, v) = (mix(u, p), mix(v, q));
+        let [m, n, o] = self.squares;
+        let (m, n, o) = match AXIS {
+            0 => (m, n, o),
+            1 => (n, m, o),
+            _ => (o, m, n),
+        };
+        let leans_back = along * 1f64.copysign(rise) < 0.0;
+        // Where squares of such sizes can be taken; `single` is asked again where they cannot.
+        let most = if BORDER { along.abs().max(u.abs()).max(v.abs()) } else { 1.0 };
+        let [p, q, r] = [along, u, v].map(|x| if BORDER { x / most } else { x });
+        let far = AGAINST * m * p * p > n * q * q + o * r * r;
+        let along = if leans_back && far { rise } else { along };
         match AXIS {
             0 => [along, u, v],
             1 => [u, along, v],

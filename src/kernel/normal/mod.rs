@@ -22,7 +22,7 @@ use super::cube::{corner_at, edge_axis, edge_corners};
 use super::decide::gradient;
 use super::slab::LayerScratch;
 use super::{CellSurface, Classify, Kernel, Row, Slab, crossing};
-use crate::geom::vec3::{Vec3, cross, sub};
+use crate::geom::vec3::{Vec3, cross, norm, sub};
 use crate::mesh::Normal;
 use frame::{Across, Frame};
 
@@ -90,6 +90,7 @@ impl<T: Classify> Kernel<T> {
             planes: [before, a, at(k + 1), at(k + if between { 2 } else { 1 })],
             across,
             frame: self.frame(step),
+            squares: inverse_squares([self.placing.step_i, self.placing.step_j, step]),
         }
     }
 
@@ -158,6 +159,13 @@ impl<T: Classify> Kernel<T> {
         // The tables' winding is that of the output space.
         if self.place.is_reversed() { normal.map(|x| -x) } else { normal }
     }
+}
+
+/// 1 over the squares of lengths, the largest of them 1.
+fn inverse_squares(steps: [Vec3; 3]) -> [f64; 3] {
+    let lengths = steps.map(norm);
+    let least = lengths.iter().fold(f64::INFINITY, |least, &length| least.min(length));
+    lengths.map(|length| (least / length) * (least / length))
 }
 
 /// What stands for a direction where there is none, which no volume has.
