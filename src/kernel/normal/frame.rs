@@ -20,15 +20,13 @@ impl Frame {
         Self { columns: columns.map(|column| column.map(|x| x * hand)) }
     }
 
-    /// The same, of slopes that are to be multiplied by `by`.
-    #[must_use]
-    pub(super) fn times(self, by: f64) -> Self {
-        Self { columns: self.columns.map(|column| column.map(|x| x * by)) }
+    /// The direction that each of the three slopes gives, times `by`.
+    pub(super) fn times(&self, by: f64) -> [Vec3; 3] {
+        self.columns.map(|column| column.map(|x| x * by))
     }
 
     /// The direction in which a field with these slopes rises; its length says nothing.
-    #[inline(always)]
-    pub(super) fn turn(&self, slopes: Vec3) -> Vec3 {
+    fn turn(&self, slopes: Vec3) -> Vec3 {
         let [i, j, k] = &self.columns;
         let along = |axis: usize| i[axis] * slopes[0] + j[axis] * slopes[1] + k[axis] * slopes[2];
         [along(0), along(1), along(2)]

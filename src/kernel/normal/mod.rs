@@ -11,20 +11,50 @@
 //! vertices, which it knows by their order alone, run only where normals are asked for. All
 //! arithmetic is `f64`, in one order, rounded once.
 
-mod edges;
+mod around;
 mod frame;
-mod gather;
+mod lanes;
 
-pub(super) use gather::{Around, Gathered};
+use around::Around;
+use frame::{Across, Frame};
+use lanes::Making;
 
-use super::bits::BitPlane;
 use super::cube::{corner_at, edge_axis, edge_corners};
 use super::decide::gradient;
+use super::family::Family;
+use super::gather::Gathered;
 use super::slab::LayerScratch;
-use super::{CellSurface, Classify, Kernel, Row, Slab, crossing};
+use super::vertices::LayerVertices;
+use super::{BitPlane, CellSurface, Classify, Kernel, Row, Slab, crossing, simd};
 use crate::geom::vec3::{Vec3, cross, norm, sub};
 use crate::mesh::Normal;
-use frame::{Across, Frame};
+use crate::volume::Sample;
+
+/// What the normals of a layer are made of: those on the edges between its planes, and on the edges
+/// of the plane after it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings<'a, T> {
+    /// Nothing where one plane is the border's.
+    between: Option<Around<'a, T>>,
+    /// The direction of the Z edges' cap, then.
+    cap: Normal,
+    plane: Option<Around<'a, T>>,
+}
+
+impl<T: Sample> Surroundings<'_, T> {
+    /// The normals of the vertices on gathered edges of one family.
+    ///
+    /// Inlined into one function an instruction set.
+    #[inline(always)]
+    pub(super) fn normals(&self, family: &Family<'_, T>, edges: &Gathered, out: &mut [Normal]) {
+        match (family.axis(), &self.plane, &self.between) {
+            (0, Some(plane), _) => plane.normals::<0>(edges, out),
+            (1, Some(plane), _) => plane.normals::<1>(edges, out),
+            (2, _, Some(between)) => between.normals::<2>(edges, out),
+            _ => out.fill(self.cap),
+        }
+    }
+}
 
 impl<T: Classify> Kernel<T> {
     /// The normals of the vertices of layer `s`, in step with them. Needs a plane more on either
@@ -33,41 +63,37 @@ impl<T: Classify> Kernel<T> {
         &self,
         s: usize,
         slab: &Slab<'_, T>,
-        planes: [&BitPlane; 2],
+        [prev, cur]: [&BitPlane; 2],
         layer: &LayerScratch,
         out: &mut [Normal],
     ) {
         let (z, rest) = out.split_at_mut(layer.cells.n_z() as usize);
-        let (extra, plane) = rest.split_at_mut(layer.settled.extra.len());
+        let (extra, rest) = rest.split_at_mut(layer.settled.extra.len());
+        let (x, y) = rest.split_at_mut(cur.n_x() as usize);
         let before = s.checked_sub(1);
         let ends = [before.and_then(|k| slab.plane(k)), slab.plane(s)];
-        if !z.is_empty() {
-            match (before, ends) {
-                (Some(k), [Some(a), Some(b)]) => {
-                    let around = self.around(slab, k, [a, b], true);
-                    around.z(planes, z);
-                }
-                (_, [_, after]) => {
-                    let outward = if after.is_some() { -1.0 } else { 1.0 };
-                    let frame = self.frame(self.place.step_k(s as i64 - 1));
-                    z.fill(frame.unit([0.0, 0.0, outward]).unwrap_or(UPWARD));
-                }
-            }
-        }
         if !extra.is_empty() {
             self.extra_normals(s, ends, layer, extra);
         }
-        if let Some(samples) = ends[1]
-            && !plane.is_empty()
-        {
-            let around = self.around(slab, s, [samples; 2], false);
-            around.plane(planes[1], plane);
-        }
+        let k = s as i64;
+        let step = self.place.step_k(k - 1);
+        let outward = if ends[1].is_some() { -1.0 } else { 1.0 };
+        let around = Surroundings {
+            between: match (before, ends) {
+                (Some(k), [Some(a), Some(b)]) => Some(self.around(slab, k, [a, b], true)),
+                _ => None,
+            },
+            cap: self.frame(step).unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
+            plane: ends[1].map(|samples| self.around(slab, s, [samples; 2], false)),
+        };
+        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
+        let out = LayerVertices { z, x, y };
+        simd::normals(self.cpu, &self.placing, &layer.cells.words, planes, step, &around, out);
     }
 
     /// The surroundings of edges that begin on plane `k`: those to the next plane, or those on it.
     fn around<'a>(
-        &'a self,
+        &self,
         slab: &Slab<'a, T>,
         k: usize,
         [a, b]: [&'a [T]; 2],
@@ -83,15 +109,16 @@ impl<T: Classify> Kernel<T> {
             let (across, step) = Across::at(place, low, nz);
             ([across; 2], step)
         };
-        Around {
-            cpu: self.cpu,
-            placing: &self.placing,
-            sign: self.sign,
-            planes: [before, a, at(k + 1), at(k + if between { 2 } else { 1 })],
+        let frame = self.frame(step);
+        let making = Making {
+            level: self.placing.level,
+            epsilon: self.placing.epsilon,
             across,
-            frame: self.frame(step),
+            columns: frame.times(-self.sign),
             squares: inverse_squares([self.placing.step_i, self.placing.step_j, step]),
-        }
+        };
+        let planes = [before, a, at(k + 1), at(k + if between { 2 } else { 1 })];
+        Around { planes, dims: self.placing.dims, sign: self.sign, frame, making }
     }
 
     fn frame(&self, step_k: Vec3) -> Frame {
