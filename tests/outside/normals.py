@@ -16,7 +16,7 @@ def with_normals(arguments, kind, what):
     path.unlink(missing_ok=True)
     if not judge.run([*arguments, "--normals", *kind.split()[1:]], path, f"{what} as {kind}"):
         return None
-    mesh = trimesh.load(path, process=False, force="mesh")
+    mesh = trimesh.load(path, process=False, **({"maintain_order": True} if path.suffix == ".obj" else {}))
     judge.meshes += 1
     judge.triangles += len(mesh.faces)
     stored = "vertex_normals" in mesh._cache
