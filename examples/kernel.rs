@@ -1,7 +1,8 @@
 //! Meshes one volume in memory, several times, and prints how long it took as one line of JSON.
 //!
 //! ```text
-//! kernel --vol FILE.npy --iso X [--threads N] [--again K] [--normals yes] [--dump PREFIX]
+//! kernel --vol FILE.npy --iso X [--method M] [--threads N] [--again K] [--normals yes]
+//!        [--dump PREFIX]
 //! ```
 //!
 //! `FILE.npy` is an array in C order, (z, y, x), of i16, u8, f32 and the like. `--dump` writes the
@@ -14,7 +15,7 @@ use std::time::Instant;
 
 use mcubes::kernel::Classify;
 use mcubes::mesh::Buffer;
-use mcubes::pipeline::{RunOptions, SurfaceOptions};
+use mcubes::pipeline::{Method, RunOptions, SurfaceOptions};
 use ndarray::ArrayView3;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -27,6 +28,13 @@ fn main() -> Result<()> {
         match word.as_str() {
             "--vol" => arguments.volume = value,
             "--iso" => arguments.iso = value.parse()?,
+            "--method" => {
+                arguments.method = match value.as_str() {
+                    "cubes" => Method::Cubes,
+                    "tetrahedra" => Method::Tetrahedra,
+                    other => return Err(format!("{other} is no method").into()),
+                }
+            }
             "--threads" => arguments.threads = value.parse()?,
             "--again" => arguments.again = value.parse()?,
             "--normals" => arguments.normals = value == "yes",
@@ -52,6 +60,7 @@ fn main() -> Result<()> {
 struct Arguments {
     volume: String,
     iso: f64,
+    method: Method,
     threads: usize,
     again: usize,
     normals: bool,
@@ -65,8 +74,8 @@ fn run<T: Classify>(npy: &Npy<'_>, arguments: &Arguments) -> Result<()> {
     let bytes = npy.data.get(..n_samples * size_of::<T>()).ok_or("the .npy data are cut short")?;
     bytemuck::cast_slice_mut(&mut samples).copy_from_slice(bytes);
     let volume = ArrayView3::from_shape(npy.shape, &samples)?;
-    let surface =
-        SurfaceOptions { normals: arguments.normals, ..SurfaceOptions::at(arguments.iso) };
+    let Arguments { iso, method, normals, .. } = *arguments;
+    let surface = SurfaceOptions { method, normals, ..SurfaceOptions::at(iso) };
     let options = RunOptions { threads: arguments.threads.max(1), ..RunOptions::default() };
     let before = status_kib("VmRSS");
     let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());

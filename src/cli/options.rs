@@ -6,9 +6,11 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::args::{EndianArg, ExtractArgs, FormatArg, GapsArg, OutputArgs, ReadingArgs, SpaceArg};
+use super::args::{
+    EndianArg, ExtractArgs, FormatArg, GapsArg, MethodArg, OutputArgs, ReadingArgs, SpaceArg,
+};
 use crate::geom::Space;
-use crate::pipeline::{Side, SurfaceOptions};
+use crate::pipeline::{Method, Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
 use crate::source::RawOptions;
 use crate::source::dicom::Selector;
@@ -100,12 +102,13 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     }
     let mesh = MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let surface = SurfaceOptions {
-        side,
-        open: args.surface.open,
-        normals,
-        ..SurfaceOptions::at(iso.unwrap_or(0.5))
+    let method = match args.surface.method {
+        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
+        Some(MethodArg::Cubes) | None => Method::Cubes,
     };
+    let open = args.surface.open;
+    let surface =
+        SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
     let input = if is_dash(&input) {
         if reading.raw.is_none() {
             return Err(Usage::new("standard input is read as raw samples, --dims is missing")

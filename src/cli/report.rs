@@ -60,7 +60,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "gaps": meta.gaps_mm,
         "stored": meta.stored.as_str(),
         "iso": iso,
-        "method": "cubes",
+        "method": options.surface.method.as_str(),
         "space": options.space.as_str(),
         "normals": options.mesh.normals,
         "output": output,

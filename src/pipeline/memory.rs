@@ -87,7 +87,8 @@ fn into_memory<T: Classify>(
     normals: bool,
     options: &RunOptions<'_>,
 ) -> Result<Surface, RunError> {
-    let mut surface = if let Some(reserved) = Surface::reserve(most_possible(dims), normals) {
+    let most = most_possible(dims, kernel.most_a_cell());
+    let mut surface = if let Some(reserved) = Surface::reserve(most, normals) {
         reserved
     } else {
         let mut counter = Counter;
@@ -139,13 +140,12 @@ fn total(outcome: &Outcome) -> Totals {
     outcome.totals.first().copied().unwrap_or_default()
 }
 
-/// No mesh of a volume of this size has more: three edges and three inner vertices a cell, sixteen
-/// triangles a cell, and never more than the ids allow.
-fn most_possible(dims: Dims) -> Totals {
+/// No mesh of a volume of this size has more, and never more than the ids allow.
+fn most_possible(dims: Dims, a_cell: Totals) -> Totals {
     let cells = dims.to_array().iter().map(|&n| n as u64 + 1).fold(1, u64::saturating_mul);
     Totals {
-        n_vertices: cells.saturating_mul(6).min(MAX_VERTICES),
-        n_triangles: cells.saturating_mul(16).min(MAX_TRIANGLES),
+        n_vertices: cells.saturating_mul(a_cell.n_vertices).min(MAX_VERTICES),
+        n_triangles: cells.saturating_mul(a_cell.n_triangles).min(MAX_TRIANGLES),
     }
 }
 

@@ -120,6 +120,17 @@ fn normals_are_in_ply_and_obj_the_same_on_any_number_of_threads() {
 }
 
 #[test]
+fn tetrahedra_pass_the_check_and_are_named_in_the_report() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("skull.ply");
+    let arguments = [HEAD, "--iso", "300", "--method", "tetrahedra", "--json", "-q", "-o"];
+    let output = mcubes().args(arguments).arg(&out).output().unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["status"], &report["method"]), (&"ok".into(), &"tetrahedra".into()));
+    mcubes().arg("check").arg(&out).assert().success();
+}
+
+#[test]
 fn an_open_mesh_fails_the_check() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("open.stl");

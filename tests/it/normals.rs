@@ -6,7 +6,7 @@ mod formulas;
 mod order;
 
 use mcubes::geom::{Affine, Dims, Grid, Place, Space};
-use mcubes::kernel::{Classify, Cpu, Kernel, PatchSlices, Rule, Scratch, Side, Slab};
+use mcubes::kernel::{Classify, Cpu, Kernel, PatchSlices, Rule, Scratch, Slab};
 use mcubes::mesh::{Normal, Position};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use mcubes::volume::Rescale;

@@ -1,8 +1,8 @@
 //! The samples around the edges of a plane, or between two planes, and the normals they give.
 
 use super::frame::Frame;
-use super::lanes::{AGAINST, LANES, Lanes, Making, Star, in_order, mix};
-use crate::geom::vec3::Vec3;
+use super::lanes::{AGAINST, LANES, Lanes, Making, Star, mix};
+use crate::geom::vec3::{Vec3, dot};
 use crate::kernel::crossing;
 use crate::kernel::gather::Gathered;
 use crate::mesh::Normal;
@@ -21,9 +21,6 @@ pub(in crate::kernel) struct Around<'a, T> {
     pub(super) making: Making,
 }
 
-/// Factors of the differences to the sample before and to the one after, for each axis.
-type Weights = [[f64; 2]; 3];
-
 impl<T: Sample> Around<'_, T> {
     /// The normals of the vertices on gathered edges.
     ///
@@ -31,29 +28,32 @@ impl<T: Sample> Around<'_, T> {
     #[inline(always)]
     pub(super) fn normals<const AXIS: usize>(&self, edges: &Gathered, out: &mut [Normal]) {
         let mut lanes = Lanes::new();
-        let mut places = edges.iter();
+        let mut edges = edges.iter();
         let [columns, rows] = self.within::<AXIS>();
         for out in out.chunks_mut(LANES) {
-            let mut apart = 0u64;
-            let chunk = places.clone();
-            for (l, (c, r)) in places.by_ref().take(out.len()).enumerate() {
+            // Edges that have all their neighbours, and their slots in `out`.
+            let (mut places, mut slots, mut n) = ([0; LANES], [0; LANES], 0);
+            for (slot, (c, r)) in edges.by_ref().take(out.len()).enumerate() {
                 if columns.holds(c) & rows.holds(r) {
-                    let place = self.place::<AXIS>(c, r);
-                    for (lanes, sample) in lanes.samples.iter_mut().zip(self.star::<AXIS>(place)) {
-                        lanes[l % LANES] = sample;
-                    }
+                    (places[n % LANES], slots[n % LANES]) = (self.place::<AXIS>(c, r), slot);
+                    n += 1;
                 } else {
-                    apart |= 1 << (l % LANES);
+                    out[slot] = self.at_border::<AXIS>(c, r);
                 }
             }
-            lanes.make::<AXIS>(&self.making);
-            for (l, normal) in out.iter_mut().enumerate() {
-                *normal = lanes.normal(l % LANES);
+            let (places, slots) = (&places[..n.min(LANES)], &slots[..n.min(LANES)]);
+            if n == 0 {
+                continue;
             }
-            if apart != 0 || !lanes.all_usual(out.len()) {
-                for ((l, normal), (c, r)) in out.iter_mut().enumerate().zip(chunk) {
-                    if apart >> (l % LANES) & 1 == 1 || !lanes.is_usual(l % LANES) {
-                        *normal = self.single::<AXIS>(c, r);
+            self.gather::<AXIS>(places, &mut lanes.samples);
+            lanes.make::<AXIS>(&self.making);
+            for (l, &slot) in slots.iter().enumerate() {
+                out[slot] = lanes.normal(l % LANES);
+            }
+            if !lanes.all_usual(n) {
+                for (l, (&slot, &place)) in slots.iter().zip(places).enumerate() {
+                    if !lanes.is_usual(l % LANES) {
+                        out[slot] = self.single::<AXIS>(place);
                     }
                 }
             }
@@ -75,98 +75,120 @@ impl<T: Sample> Around<'_, T> {
         r as usize * nx + c as usize - back
     }
 
-    /// The samples around the edge from `place`, all of which are there.
+    /// The samples around the edges from `places`, all of which are there.
+    ///
+    /// Plane by plane, those first that nobody has looked at yet: short loops keep many loads from
+    /// memory under way.
     #[inline(always)]
-    fn star<const AXIS: usize>(&self, place: usize) -> Star<T> {
+    fn gather<const AXIS: usize>(&self, places: &[usize], star: &mut Star<[T; LANES]>) {
         let nx = self.dims.0;
         let [before, plane, after, beyond] = self.planes;
+        let [a, b, c, d, e, f, g, h, p, q, r, s] = star;
+        let each = || places.iter().copied().take(LANES).enumerate();
         match AXIS {
             0 => {
-                let [c, a, b, d] = run(plane, place - 1);
-                let ([e, f], [g, h]) = (run(plane, place - nx), run(plane, place + nx));
-                let ([p, q], [r, s]) = (run(before, place), run(after, place));
-                [a, b, c, d, e, g, f, h, p, r, q, s]
+                each().for_each(|(l, place)| [q[l], s[l]] = run(after, place));
+                each().for_each(|(l, place)| [p[l], r[l]] = run(before, place));
+                each().for_each(|(l, place)| [c[l], a[l], b[l], d[l]] = run(plane, place - 1));
+                each().for_each(|(l, place)| [e[l], g[l]] = run(plane, place - nx));
+                each().for_each(|(l, place)| [f[l], h[l]] = run(plane, place + nx));
             }
             1 => {
-                let ([e, a, f], [g, b, h]) = (run(plane, place - 1), run(plane, place + nx - 1));
-                let (c, d) = (plane[place - nx], plane[place + 2 * nx]);
-                let (p, q) = (before[place], before[place + nx]);
-                let (r, s) = (after[place], after[place + nx]);
-                [a, b, c, d, e, f, g, h, p, r, q, s]
+                each().for_each(|(l, at)| [q[l], s[l]] = [after[at], after[at + nx]]);
+                each().for_each(|(l, at)| [p[l], r[l]] = [before[at], before[at + nx]]);
+                each().for_each(|(l, at)| [e[l], a[l], f[l]] = run(plane, at - 1));
+                each().for_each(|(l, at)| [g[l], b[l], h[l]] = run(plane, at + nx - 1));
+                each().for_each(|(l, at)| [c[l], d[l]] = [plane[at - nx], plane[at + 2 * nx]]);
             }
             _ => {
-                let ([e, a, f], [g, b, h]) = (run(plane, place - 1), run(after, place - 1));
-                let (c, d) = (before[place], beyond[place]);
-                let (p, q) = (plane[place - nx], plane[place + nx]);
-                let (r, s) = (after[place - nx], after[place + nx]);
-                [a, b, c, d, e, f, g, h, p, q, r, s]
+                each().for_each(|(l, at)| d[l] = beyond[at]);
+                each().for_each(|(l, at)| c[l] = before[at]);
+                each().for_each(|(l, at)| [g[l], b[l], h[l]] = run(after, at - 1));
+                each().for_each(|(l, at)| [r[l], s[l]] = [after[at - nx], after[at + nx]]);
+                each().for_each(|(l, at)| [e[l], a[l], f[l]] = run(plane, at - 1));
+                each().for_each(|(l, at)| [p[l], q[l]] = [plane[at - nx], plane[at + nx]]);
             }
         }
     }
 
-    /// The normal at the vertex of an edge, wherever that is and whatever the samples are: where
-    /// they make no gradient, the edge's own direction, from inside to outside.
-    fn single<const AXIS: usize>(&self, c: u32, r: u32) -> Normal {
+    /// The normal at the vertex of an edge at the border, or into it.
+    #[cold]
+    fn at_border<const AXIS: usize>(&self, c: u32, r: u32) -> Normal {
         let (nx, ny) = self.dims;
         let (at, n) = ([c, r, 1][AXIS] as usize, [nx, ny, 2][AXIS]);
-        let mut outward = [0.0; 3];
         if at == 0 || at == n {
+            let mut outward = [0.0; 3];
             outward[AXIS] = if at == 0 { -1.0 } else { 1.0 };
             return self.direction(outward);
         }
-        let a = {
-            let place = self.place::<AXIS>(c, r);
-            [place % nx, place / nx, 1]
-        };
+        self.single::<AXIS>(self.place::<AXIS>(c, r))
+    }
+
+    /// The normal at the vertex of the edge from the sample at `place`.
+    #[cold]
+    fn single<const AXIS: usize>(&self, place: usize) -> Normal {
+        let nx = self.dims.0;
+        let a = [place % nx, place / nx, 1];
         let mut b = a;
         b[AXIS] += 1;
-        let at = |[i, j, plane]: [usize; 3]| self.planes[plane][j * nx + i].to_f64();
+        self.on_edge(a, b)
+    }
+
+    /// The normal at the vertex between two samples of one cell, wherever they are and whatever the
+    /// samples: where they make no gradient, the direction from the inside one to the outside one.
+    /// Samples as (i, j, plane), plane 1 that of `a`.
+    pub(in crate::kernel) fn on_edge(&self, a: [usize; 3], b: [usize; 3]) -> Normal {
+        let [low, high] = [self.slopes(a, 0), self.slopes(b, 1)];
+        let edge = [0, 1, 2].map(|axis| (b[axis] - a[axis]) as f64);
+        let (a, b) = (self.at(a), self.at(b));
+        let t = crossing(a, b, self.making.level, self.making.epsilon);
+        let slopes = [0, 1, 2].map(|axis| mix(t, low[axis], high[axis]));
+        let slopes = self.outward_along(edge, slopes, b - a);
+        let usual = self.frame.unit(slopes.map(|x| -self.sign * x));
+        usual.unwrap_or_else(|| self.direction(edge.map(|x| x * self.outward([a, b]))))
+    }
+
+    fn at(&self, [i, j, plane]: [usize; 3]) -> f64 {
+        self.planes[plane][j * self.dims.0 + i].to_f64()
+    }
+
+    /// The slopes along i, j and k at a sample, one-sided at the border; `end` as in
+    /// [`Making::across`].
+    fn slopes(&self, of: [usize; 3], end: usize) -> Vec3 {
+        let (nx, ny) = self.dims;
+        let across = &self.making.across[end];
+        let weights = [one_sided(of[0], nx), one_sided(of[1], ny), across.weights];
         let last = [nx - 1, ny - 1, 3];
-        let both = |of: [usize; 3], axis: usize| {
+        let [i, j, k] = [0, 1, 2].map(|axis| {
             let (mut low, mut high) = (of, of);
             low[axis] = of[axis].saturating_sub(1);
             high[axis] = (of[axis] + 1).min(last[axis]);
-            [at(low), at(of), at(high)]
-        };
-        let gradient = |of: [usize; 3], end: usize| {
-            let weights: Weights =
-                [at_border(of[0], nx), at_border(of[1], ny), self.making.across[end].weights];
-            [0, 1, 2].map(|axis| {
-                let ([low, middle, high], [v, w]) = (both(of, axis), weights[axis]);
-                v * (middle - low) + w * (high - middle)
-            })
-        };
-        let [low, high] =
-            [(a, 0), (b, 1)].map(|(of, end)| self.upright::<AXIS>(gradient(of, end), end));
-        let (a, b) = (at(a), at(b));
-        let t = crossing(a, b, self.making.level, self.making.epsilon);
-        let slopes = [0, 1, 2].map(|axis| mix(t, low[axis], high[axis]));
-        let slopes = self.outward_along::<AXIS>(slopes, b - a);
-        self.frame.unit(slopes.map(|x| -self.sign * x)).unwrap_or_else(|| {
-            outward[AXIS] = self.outward([a, b]);
-            self.direction(outward)
-        })
+            let ([low, middle, high], [v, w]) =
+                ([low, of, high].map(|p| self.at(p)), weights[axis]);
+            v * (middle - low) + w * (high - middle)
+        });
+        let [m, n] = across.lean;
+        [i, j, k - (m * i + n * j)]
     }
 
-    /// Between planes, takes off what the slope across has in it of those along i and j.
-    fn upright<const AXIS: usize>(&self, slopes: Vec3, end: usize) -> Vec3 {
-        let [m, n] = self.making.across[end].lean;
-        let [i, j, k] = slopes;
-        if AXIS == 2 { [i, j, k - (m * i + n * j)] } else { slopes }
-    }
-
-    /// The slope along the edge replaced by the edge's own where the gradient leads against it, as
-    /// [`Lanes`] does.
-    fn outward_along<const AXIS: usize>(&self, slopes: Vec3, rise: f64) -> Vec3 {
+    /// Slopes that do not lead against the edge, for the same reason as in [`Lanes`] and, along the
+    /// grid's axes, by the same measure.
+    fn outward_along(&self, edge: Vec3, slopes: Vec3, rise: f64) -> Vec3 {
         let most = slopes.iter().fold(0f64, |most, x| most.max(x.abs()));
-        let [along, u, v] = in_order::<AXIS>(slopes.map(|x| x / most));
-        let [own, first, second] = in_order::<AXIS>(self.making.squares);
+        let scaled = slopes.map(|x| x / most);
+        let squares = self.making.squares;
+        // The edge's share of the square of its length, along each axis.
+        let parts = [0, 1, 2].map(|axis| edge[axis] / squares[axis]);
+        let length = dot(parts, edge);
+        let along = dot(scaled, edge);
+        let all: f64 = (0..3).map(|axis| squares[axis] * scaled[axis] * scaled[axis]).sum();
         let leans_back = along * 1f64.copysign(rise) < 0.0;
-        let mut slopes = slopes;
-        if leans_back && AGAINST * own * along * along > first * u * u + second * v * v {
-            slopes[AXIS] = rise;
+        if leans_back && (AGAINST + 1.0) * along * along > length * all {
+            let missing = rise - dot(slopes, edge);
+            [0, 1, 2].map(|axis| slopes[axis] + missing * parts[axis] / length)
+        } else {
+            slopes
         }
-        slopes
     }
 
     /// 1 where the edge's upper sample is the one outside, else -1. NaN is outside; else two
@@ -183,7 +205,7 @@ impl<T: Sample> Around<'_, T> {
     }
 
     /// The unit vector that stands for this direction along the grid's axes.
-    fn direction(&self, outward: Vec3) -> Normal {
+    pub(in crate::kernel) fn direction(&self, outward: Vec3) -> Normal {
         self.frame.unit(outward).unwrap_or(super::UPWARD)
     }
 }
@@ -219,7 +241,7 @@ fn run<T: Copy, const N: usize>(plane: &[T], from: usize) -> [T; N] {
 }
 
 /// Factors of the differences to the sample before and to the one after; one-sided at an end.
-fn at_border(x: usize, n: usize) -> [f64; 2] {
+fn one_sided(x: usize, n: usize) -> [f64; 2] {
     match (x == 0, x + 1 == n) {
         (false, false) => [0.5, 0.5],
         (true, false) => [0.0, 1.0],

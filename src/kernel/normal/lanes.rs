@@ -189,7 +189,7 @@ impl<T: Sample> Lanes<T> {
 }
 
 /// Of numbers along i, j and k: that of the edges' own axis, then those of the other two.
-pub(super) fn in_order<const AXIS: usize>([i, j, k]: [f64; 3]) -> [f64; 3] {
+fn in_order<const AXIS: usize>([i, j, k]: [f64; 3]) -> [f64; 3] {
     match AXIS {
         0 => [i, j, k],
         1 => [j, i, k],

@@ -15,7 +15,7 @@ mod around;
 mod frame;
 mod lanes;
 
-use around::Around;
+pub(super) use around::Around;
 use frame::{Across, Frame};
 use lanes::Making;
 
@@ -35,13 +35,20 @@ use crate::volume::Sample;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surroundings<'a, T> {
     /// Nothing where one plane is the border's.
-    between: Option<Around<'a, T>>,
-    /// The direction of the Z edges' cap, then.
+    pub(super) between: Option<Around<'a, T>>,
+    /// Nothing where the plane after is.
+    pub(super) plane: Option<Around<'a, T>>,
+    /// The direction of the Z edges' cap.
     cap: Normal,
-    plane: Option<Around<'a, T>>,
+    frame: Frame,
 }
 
 impl<T: Sample> Surroundings<'_, T> {
+    /// The unit vector that stands for a cap's outward direction along the grid's axes.
+    pub(super) fn cap(&self, outward: Vec3) -> Normal {
+        self.frame.unit(outward).unwrap_or(UPWARD)
+    }
+
     /// The normals of the vertices on gathered edges of one family.
     ///
     /// Inlined into one function an instruction set.
@@ -75,20 +82,40 @@ impl<T: Classify> Kernel<T> {
         if !extra.is_empty() {
             self.extra_normals(s, ends, layer, extra);
         }
+        self.edge_normals(s, slab, [prev, cur], layer, LayerVertices { z, x, y });
+    }
+
+    /// Those of the vertices on the layer's grid edges alone.
+    pub(super) fn edge_normals(
+        &self,
+        s: usize,
+        slab: &Slab<'_, T>,
+        [prev, cur]: [&BitPlane; 2],
+        layer: &LayerScratch,
+        out: LayerVertices<'_>,
+    ) {
         let k = s as i64;
+        let around = self.surroundings(s, slab);
+        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
         let step = self.place.step_k(k - 1);
+        simd::normals(self.cpu, &self.placing, &layer.cells.words, planes, step, &around, out);
+    }
+
+    /// What surrounds the edges of layer `s`.
+    pub(super) fn surroundings<'a>(&self, s: usize, slab: &Slab<'a, T>) -> Surroundings<'a, T> {
+        let before = s.checked_sub(1);
+        let ends = [before.and_then(|k| slab.plane(k)), slab.plane(s)];
+        let frame = self.frame(self.place.step_k(s as i64 - 1));
         let outward = if ends[1].is_some() { -1.0 } else { 1.0 };
-        let around = Surroundings {
+        Surroundings {
             between: match (before, ends) {
                 (Some(k), [Some(a), Some(b)]) => Some(self.around(slab, k, [a, b], true)),
                 _ => None,
             },
-            cap: self.frame(step).unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
             plane: ends[1].map(|samples| self.around(slab, s, [samples; 2], false)),
-        };
-        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
-        let out = LayerVertices { z, x, y };
-        simd::normals(self.cpu, &self.placing, &layer.cells.words, planes, step, &around, out);
+            cap: frame.unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
+            frame,
+        }
     }
 
     /// The surroundings of edges that begin on plane `k`: those to the next plane, or those on it.

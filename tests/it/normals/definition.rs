@@ -1,6 +1,6 @@
 //! On any samples.
 
-use mcubes::kernel::Side;
+use mcubes::kernel::{Method, Side};
 use mcubes::pipeline::SurfaceOptions;
 use ndarray::Array3;
 use proptest::prelude::*;
@@ -103,8 +103,12 @@ proptest! {
 
     #[test]
     fn of_anything_at_all_they_have_length_1_and_point_outward(v in volume(wild())) {
-        for side in [Side::AtLeast, Side::Below] {
-            let surface = SurfaceOptions { side, ..SurfaceOptions::at(0.0) };
+        for (side, method) in [
+            (Side::AtLeast, Method::Cubes),
+            (Side::Below, Method::Cubes),
+            (Side::AtLeast, Method::Tetrahedra),
+        ] {
+            let surface = SurfaceOptions { side, method, ..SurfaceOptions::at(0.0) };
             let (vertices, normals) = in_voxels(v.view(), &surface);
             for (p, n) in vertices.iter().zip(&normals) {
                 let length = dot(n.map(f64::from), n.map(f64::from)).sqrt();

@@ -1,12 +1,12 @@
 //! On shapes with a formula.
 
 use mcubes::geom::{Affine, Dims, Grid, Space};
-use mcubes::kernel::{Cpu, Rule, Side};
+use mcubes::kernel::{Cpu, Method, Rule, Side};
 use mcubes::pipeline::SurfaceOptions;
 use mcubes::volume::Rescale;
 use ndarray::Array3;
 
-use super::{Found, Point, angle, by_kernel, dot, mesh_by, uneven, unit};
+use super::{Found, Point, angle, by_kernel, dot, mesh_by, uneven};
 
 /// The centre of the shapes below, in millimetres, off every grid.
 const CENTRE: Point = [0.31, -0.17, 0.23];
@@ -88,9 +88,11 @@ fn wherever_the_samples_lie_they_are_those_of_the_formula() {
     for (what, grid) in places() {
         let ball = sampled(&grid, |p| 12.25 - dot(from_centre(p), from_centre(p)));
         let lps = |p: Point| [-p[0], -p[1], p[2]];
-        for (side, sign) in [(Side::AtLeast, 1.0), (Side::Below, -1.0)] {
+        let sides = [(Side::AtLeast, 1.0), (Side::Below, -1.0)];
+        let methods = [Method::Cubes, Method::Tetrahedra];
+        for ((side, sign), method) in sides.into_iter().flat_map(|s| methods.map(|m| (s, m))) {
             // Inside out, the outside of the box is inside no more: only the hole's wall counts.
-            let surface = SurfaceOptions { side, open: true, ..SurfaceOptions::at(0.0) };
+            let surface = SurfaceOptions { side, method, open: true, ..SurfaceOptions::at(0.0) };
             let found = mesh_by(ball.view(), (&grid, Space::Ras), &surface, 1, None);
             assert_exact(&found, |p| from_centre(p).map(|x| sign * x), what);
             let found = mesh_by(ball.view(), (&grid, Space::Lps), &surface, 1, None);
@@ -110,7 +112,7 @@ fn wherever_the_samples_lie_they_are_those_of_the_formula() {
 fn a_negative_slope_turns_nothing() {
     let (_, grid) = places().remove(2);
     let ball = sampled(&grid, |p| 12.25 - dot(from_centre(p), from_centre(p)));
-    let rule = Rule { iso: 7.0, side: Side::AtLeast, open: true };
+    let rule = Rule { iso: 7.0, side: Side::AtLeast, method: Method::Cubes, open: true };
     for (slope, inter) in [(2.0, 7.0), (-2.0, 7.0)] {
         let stored = ball.mapv(|x| x / slope);
         let rescale = Rescale::new(slope, inter).unwrap();
@@ -124,19 +126,12 @@ fn between_uneven_planes_the_true_distances_count() {
     for (what, grid) in places() {
         let gaps = [0.5, 1.3, 0.8, 1.6];
         let grid = uneven(&grid, |k| gaps[k as usize % 4], |_| 0.0);
-        let along = unit(grid.affine.column(2));
         let ball = sampled(&grid, |p| 12.25 - dot(from_centre(p), from_centre(p)));
-        let found = mesh_by(
-            ball.view(),
-            (&grid, Space::Ras),
-            &SurfaceOptions { open: true, ..SurfaceOptions::at(0.0) },
-            1,
-            None,
-        );
-        // Where planes are sheared the samples above and below are not the nearest ones: still
-        // exact, since all three lie on one line.
-        assert!(along[2] > 0.0);
-        assert_exact(&found, from_centre, what);
+        for method in [Method::Cubes, Method::Tetrahedra] {
+            let surface = SurfaceOptions { method, open: true, ..SurfaceOptions::at(0.0) };
+            let found = mesh_by(ball.view(), (&grid, Space::Ras), &surface, 1, None);
+            assert_exact(&found, from_centre, what);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The same bytes however the work is cut, in memory and in files.
 
 use mcubes::geom::{Affine, Grid, Space};
-use mcubes::kernel::{Cpu, Rule, Side};
+use mcubes::kernel::{Cpu, Method, Rule, Side};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use mcubes::volume::Rescale;
 use ndarray::Array3;
@@ -30,11 +30,13 @@ proptest! {
 
     #[test]
     fn any_slabs_threads_and_instructions_give_the_same_bytes(
-        v in volume(-30i16..=30), slab in 1..5usize, open: bool, gap in 0.5f64..2.0
+        v in volume(-30i16..=30), slab in 1..5usize, open: bool, gap in 0.5f64..2.0,
+        tetrahedra: bool
     ) {
+        let method = if tetrahedra { Method::Tetrahedra } else { Method::Cubes };
         let even = Grid::new(dims_of(&v.view()), Affine::IDENTITY);
         let odd = uneven(&even, |k| [1.0, gap][k as usize % 2], |k| 0.01 * k as f64);
-        let surface = SurfaceOptions { open, ..SurfaceOptions::at(0.5) };
+        let surface = SurfaceOptions { method, open, ..SurfaceOptions::at(0.5) };
         for grid in [even, odd] {
             let place = (&grid, Space::Ras);
             let bits = |(_, normals): Found| -> Vec<[u32; 3]> {
@@ -45,7 +47,7 @@ proptest! {
                 let found = bits(mesh_by(v.view(), place, &surface, threads, Some(slab)));
                 prop_assert_eq!(&found, &expected);
             }
-            let rule = Rule { iso: 0.5, side: Side::AtLeast, open };
+            let rule = Rule { iso: 0.5, side: Side::AtLeast, method, open };
             for cpu in [Cpu::Scalar, Cpu::Sse2, Cpu::Avx2, Cpu::Avx512] {
                 let found = bits(by_kernel(v.view(), place, Rescale::IDENTITY, rule, cpu));
                 prop_assert_eq!(&found, &expected, "{:?}", cpu);
