@@ -23,6 +23,7 @@ mod gather;
 mod key;
 mod layer;
 mod loops;
+mod normal;
 mod settle;
 mod settled;
 mod simd;
@@ -222,6 +223,7 @@ impl<T: Classify> Kernel<T> {
     ) {
         let mut vertices = out.vertices;
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
+        let mut normals = out.normals;
         let mut first = first_vertex;
         if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
             let bits = &scratch.bits[part.start - slab.layers.start];
@@ -239,14 +241,25 @@ impl<T: Classify> Kernel<T> {
             let layer = &scratch.layers[n];
             let (own, rest) = vertices.split_at_mut(layer.totals.n_vertices as usize);
             vertices = rest;
+            let own_normals = normals.take().map(|all| {
+                let (own, rest) = all.split_at_mut(layer.totals.n_vertices as usize);
+                normals = Some(rest);
+                own
+            });
             if let Some(tables) = self.tetra {
                 self.tetra_layer_vertices(s, slab, bits, layer, own);
+                if let Some(out) = own_normals {
+                    self.tetra_layer_normals(s, slab, bits, layer, out);
+                }
                 self.tetra_triangles(tables, bits, layer, first, triangles);
                 triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
                 first = first.wrapping_add(layer.totals.n_vertices as u32);
                 continue;
             }
             self.layer_vertices(s, slab, planes, layer, own);
+            if let Some(out) = own_normals {
+                self.layer_normals(s, slab, planes, layer, out);
+            }
 
             let extra = layer.settled.extra.len() as u32;
             let job = Triangles {

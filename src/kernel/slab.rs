@@ -7,7 +7,7 @@ use super::key::Bits;
 use super::layer::Layer;
 use super::settled::Settled;
 use super::tetra::{Crossings, Diagonals};
-use crate::mesh::{Position, Triangle};
+use crate::mesh::{Normal, Position, Triangle};
 
 /// Consecutive layers of cells, with the samples of all planes that they touch.
 #[derive(Clone, Debug)]
@@ -43,6 +43,9 @@ pub struct PatchSlices<'a> {
     pub ghosts: Option<&'a mut [Position]>,
     /// The vertices of the layers.
     pub vertices: &'a mut [Position],
+    /// One unit normal for each of `vertices`, where they are wanted. The slab then needs a plane
+    /// more on either side, where the volume has one.
+    pub normals: Option<&'a mut [Normal]>,
     /// Their triangles.
     pub triangles: &'a mut [Triangle],
 }

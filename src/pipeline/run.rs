@@ -23,6 +23,11 @@ pub(super) trait Output<T: Classify>: Sync {
     /// What a worker reuses from slab to slab.
     type Buffers: Default;
 
+    /// Planes that it needs on either side of those that a slab's cells touch.
+    fn halo(&self) -> usize {
+        0
+    }
+
     /// The store of a surface of which nothing is claimed yet.
     fn store(&mut self) -> Self::Store;
 
@@ -91,7 +96,8 @@ pub(super) fn run<T: Classify, O: Output<T>>(
     options: &RunOptions<'_>,
 ) -> Result<Outcome, RunError> {
     let threads = options.threads.max(1);
-    let plan = Plan::new(dims, size_of::<T>(), threads, options.slab_planes, 0);
+    let halo = surfaces.iter().map(|(_, output)| output.halo()).max().unwrap_or(0);
+    let plan = Plan::new(dims, size_of::<T>(), threads, options.slab_planes, halo);
     let surfaces: Vec<_> = surfaces
         .into_iter()
         .map(|(kernel, output)| {

@@ -18,6 +18,7 @@ mod dicom_synthetic;
 mod jpegls;
 mod nifti;
 mod nifti_hostile;
+mod normals;
 mod oracle;
 mod order;
 mod raw;

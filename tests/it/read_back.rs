@@ -11,7 +11,7 @@ use crate::writers::{names, tetrahedron, written};
 fn whole(patches: &[Patch]) -> Mesh {
     Mesh {
         vertices: patches.iter().flat_map(|p| p.own_vertices().to_vec()).collect(),
-        normals: patches.iter().flat_map(|p| p.own_normals().to_vec()).collect(),
+        normals: patches.iter().flat_map(|p| p.normals.clone()).collect(),
         triangles: patches.iter().flat_map(|p| p.triangles.clone()).collect(),
     }
 }

@@ -29,7 +29,7 @@ pub(crate) fn tetrahedron() -> Vec<Patch> {
             first_id: 0,
             n_ghosts: 3,
             vertices: vertices.to_vec(),
-            normals: normals.to_vec(),
+            normals: normals[3..].to_vec(),
             triangles: vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]],
             ..Patch::default()
         },
