@@ -1,6 +1,5 @@
 //! The surface of one slab, or of a part of one.
 
-use super::measure::face_normal;
 use super::{Normal, Position, Triangle};
 
 /// Vertices and triangles of consecutive layers, at their final ids. Patches of a surface come in
@@ -21,23 +20,12 @@ pub struct Patch {
     pub normals: Vec<Normal>,
     /// Counter-clockwise seen from outside; ids in the whole mesh.
     pub triangles: Vec<Triangle>,
-    /// One unit normal a triangle, or empty: left here by [`Measure::of`](super::Measure::of), so
-    /// that they are computed once.
-    pub face_normals: Vec<[f32; 3]>,
 }
 
 impl Patch {
     /// The vertices that are this patch's own.
     pub fn own_vertices(&self) -> &[Position] {
         &self.vertices[self.n_ghosts..]
-    }
-
-    /// The unit normal of triangle `n`, zero where its corners lie on one line.
-    pub fn face_normal(&self, n: usize) -> [f32; 3] {
-        self.face_normals
-            .get(n)
-            .copied()
-            .unwrap_or_else(|| face_normal(self.corners(self.triangles[n])))
     }
 
     /// The positions of a triangle's corners.

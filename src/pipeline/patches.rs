@@ -73,7 +73,6 @@ impl<T: Classify> Output<T> for Patches<'_> {
         let mut begun = Instant::now();
         let (mut part, mut totals) = next_part(&counted, layers.start);
         fill(&counted, part.clone(), totals, first, self.normals, &mut buffers.patch);
-        let measure = Measure::of(&mut buffers.patch);
         let is_small = buffers.patch.triangles.len() <= BATCH_TRIANGLES;
         spent.mesh += begun.elapsed();
         begun = Instant::now();
@@ -81,17 +80,14 @@ impl<T: Classify> Output<T> for Patches<'_> {
             self.encode(buffers, 0..buffers.patch.triangles.len());
         }
         spent.write += begun.elapsed();
-        self.sink.in_turn(stop, counted.number, |(sink, sum)| {
+        self.sink.in_turn(stop, counted.number, |place| {
             begun = Instant::now();
-            self.append(*sink, buffers, is_small)?;
-            sum.merge(&measure);
+            self.append(place, buffers, is_small)?;
             while part.end < layers.end {
                 first = first.wrapping_add(totals.n_vertices as u32);
                 (part, totals) = next_part(&counted, part.end);
                 fill(&counted, part.clone(), totals, first, self.normals, &mut buffers.patch);
-                let measure = Measure::of(&mut buffers.patch);
-                self.append(*sink, buffers, false)?;
-                sum.merge(&measure);
+                self.append(place, buffers, false)?;
             }
             spent.write += begun.elapsed();
             Ok(())
@@ -107,19 +103,19 @@ impl<T: Classify> Output<T> for Patches<'_> {
 impl Patches<'_> {
     fn append(
         &self,
-        sink: &mut dyn Sink,
+        (sink, sum): &mut (&mut dyn Sink, Measure),
         buffers: &mut Buffers,
         is_encoded: bool,
     ) -> Result<(), RunError> {
-        if is_encoded {
-            return Ok(sink.append(&buffers.encoded)?);
-        }
         let n = buffers.patch.triangles.len();
-        let mut start = 0;
+        let mut start = if is_encoded { n } else { 0 };
         loop {
             let end = n.min(start + BATCH_TRIANGLES);
-            self.encode(buffers, start..end);
+            if !is_encoded {
+                self.encode(buffers, start..end);
+            }
             sink.append(&buffers.encoded)?;
+            sum.merge(&buffers.encoded.measure);
             if end == n {
                 return Ok(());
             }
@@ -130,6 +126,7 @@ impl Patches<'_> {
     fn encode(&self, buffers: &mut Buffers, triangles: Range<usize>) {
         buffers.encoded.vertices.clear();
         buffers.encoded.faces.clear();
+        buffers.encoded.measure = Measure::default();
         self.encoder.encode(&buffers.patch, triangles, &mut buffers.encoded);
     }
 }

@@ -27,6 +27,7 @@ impl Encoder for ObjEncoder {
         let mut line = Line::new();
         let mut normals = patch.normals.iter();
         let vertices = if triangles.start == 0 { patch.own_vertices() } else { &[] };
+        out.measure.add_part(patch, triangles.clone());
         for &vertex in vertices {
             line.word(b"v").floats(vertex).end(&mut out.vertices);
             if self.normals {

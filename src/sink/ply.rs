@@ -44,6 +44,7 @@ impl PlyEncoder {
 impl Encoder for PlyEncoder {
     fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
         let vertices = if triangles.start == 0 { patch.own_vertices() } else { &[] };
+        out.measure.add_part(patch, triangles.clone());
         let triangles = &patch.triangles[triangles];
         match (self.ascii, self.normals) {
             (true, false) => text(vertices, &[], triangles, out),

@@ -22,7 +22,6 @@ pub(crate) fn tetrahedron() -> Vec<Patch> {
             vertices: vertices[..3].to_vec(),
             normals: normals[..3].to_vec(),
             triangles: vec![[0, 2, 1]],
-            ..Patch::default()
         },
         Patch::default(),
         Patch {
@@ -31,7 +30,6 @@ pub(crate) fn tetrahedron() -> Vec<Patch> {
             vertices: vertices.to_vec(),
             normals: normals[3..].to_vec(),
             triangles: vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]],
-            ..Patch::default()
         },
     ]
 }
