@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::bar::Bar;
-use super::input;
+use super::input::{self, Opening};
 use super::options::{Extract, Input, Output};
 use super::report::{self, Done};
 use super::term::Term;
@@ -49,8 +49,9 @@ fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
         Input::Path(path) => path.as_path(),
         Input::Stdin => Path::new("standard input"),
     };
-    let (surface, mut notes) = surface(options, source_path, cancel)?;
-    let volume = shaped(options, &surface, source_path, cancel)?;
+    let opening = Opening { term, cancel: cancel.clone(), threads: Some(options.threads) };
+    let (surface, mut notes) = surface(options, source_path, &opening)?;
+    let volume = shaped(options, &surface, source_path, &opening)?;
     let meta = volume.meta.clone();
     let place = Place::new(&meta.grid, options.space)
         .map_err(|e| Error::at(source_path, RunError::from(e)))?;
@@ -73,7 +74,7 @@ fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
     let report = match reports {
         Ok(reports) => reports.into_iter().next(),
         Err(RunError::IsoNotReached { .. }) => {
-            return Err(not_reached(options, &surface, source_path, cancel));
+            return Err(not_reached(options, &surface, source_path, &opening));
         }
         Err(error @ RunError::Sink(_)) => {
             return Err(match &options.output {
@@ -103,13 +104,13 @@ fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
 fn surface(
     options: &Extract,
     path: &Path,
-    cancel: &Cancel,
+    opening: &Opening,
 ) -> Result<(SurfaceOptions, Vec<Note>), Error> {
     if options.iso.is_some() || options.mask.is_some() {
         return Ok((options.surface, Vec::new()));
     }
-    let volume = input::open(&options.input, &options.reading, cancel)?;
-    let half = source::two_values(volume, cancel).map_err(|e| Error::at(path, e))?;
+    let volume = input::open(&options.input, &options.reading, opening)?;
+    let half = source::two_values(volume, &opening.cancel).map_err(|e| Error::at(path, e))?;
     let Some(iso) = half else { return Err(Error::at(path, RunError::NoIso)) };
     let note = Note::Other(format!("the volume holds two values: meshed at the half, {iso}"));
     Ok((SurfaceOptions { iso, ..options.surface }, vec![note]))
@@ -120,9 +121,9 @@ fn shaped(
     options: &Extract,
     surface: &SurfaceOptions,
     path: &Path,
-    cancel: &Cancel,
+    opening: &Opening,
 ) -> Result<Volume<'static>, Error> {
-    let mut volume = input::open(&options.input, &options.reading, cancel)?;
+    let mut volume = input::open(&options.input, &options.reading, opening)?;
     if let Some(ranges) = options.crop {
         let ranges = ranges.map(|[low, high]| low..high);
         volume = source::crop(volume, &ranges).map_err(|e| Error::at(path, e))?;
@@ -134,10 +135,15 @@ fn shaped(
 }
 
 /// The error, with the range that the values do have, from a second look at the data.
-fn not_reached(options: &Extract, surface: &SurfaceOptions, path: &Path, cancel: &Cancel) -> Error {
+fn not_reached(
+    options: &Extract,
+    surface: &SurfaceOptions,
+    path: &Path,
+    opening: &Opening,
+) -> Error {
     let iso = surface.iso;
     let range = match &options.input {
-        Input::Path(_) => shaped(options, surface, path, cancel)
+        Input::Path(_) => shaped(options, surface, path, opening)
             .ok()
             .and_then(|volume| source::survey(volume).ok())
             .and_then(|survey| survey.range),

@@ -9,6 +9,7 @@ mod input;
 mod options;
 mod report;
 mod signals;
+mod study;
 mod term;
 mod value;
 
@@ -27,7 +28,7 @@ pub fn main() -> ExitCode {
     let term = Term::new(&cli.common);
     let cancel = signals::cancel_on_signals();
     let result = match cli.command {
-        Some(Command::Info(args)) => info::run(&args, &cancel),
+        Some(Command::Info(args)) => info::run(&args, term, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),
         None => options::extract(&cli.extract).map(|options| extract::run(&options, term, &cancel)),
     };

@@ -77,6 +77,18 @@ pub(crate) struct Extract {
     pub(crate) json: bool,
 }
 
+/// Where samples come from; `-` needs to be told what they are.
+pub(crate) fn source(path: PathBuf, reading: &Reading) -> Result<Input, Usage> {
+    if !is_dash(&path) {
+        return Ok(Input::Path(path));
+    }
+    if reading.raw.is_none() {
+        return Err(Usage::new("standard input is read as raw samples, --dims is missing")
+            .hint("--dims 512x512x90 --type i16, for example; ./- names a file"));
+    }
+    Ok(Input::Stdin)
+}
+
 /// Understands the main command.
 pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     let how = "mcubes INPUT --iso V -o OUT; mcubes --help says more";
@@ -93,23 +105,23 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
         Some(SpaceArg::Voxel) => Space::Voxel,
     };
     let format = format(&args.output, &output)?;
-    let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
+    let normals = args.surface.normals;
+    if normals && format == Format::Stl {
+        return Err(Usage::new(
+            "--normals: STL has no vertex normals, only those of its triangles",
+        )
+        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
+    }
+    let mesh = MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
     let method = match args.surface.method {
         Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
         Some(MethodArg::Cubes) | None => Method::Cubes,
     };
     let open = args.surface.open;
-    let surface = SurfaceOptions { side, method, open, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
-    let input = if is_dash(&input) {
-        if reading.raw.is_none() {
-            return Err(Usage::new("standard input is read as raw samples, --dims is missing")
-                .hint("--dims 512x512x90 --type i16, for example; ./- names a file"));
-        }
-        Input::Stdin
-    } else {
-        Input::Path(input)
-    };
+    let surface =
+        SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
+    let input = source(input, &reading)?;
     let threads = at_least_one("--threads", args.threads)?.unwrap_or_else(processors);
     let crop = args.surface.crop;
     Ok(Extract {

@@ -62,6 +62,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "iso": iso,
         "method": options.surface.method.as_str(),
         "space": options.space.as_str(),
+        "normals": options.mesh.normals,
         "output": output,
         "vertices": report.n_vertices,
         "triangles": report.n_triangles,

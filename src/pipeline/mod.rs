@@ -10,6 +10,7 @@
 
 mod dispense;
 mod error;
+mod handover;
 mod memory;
 mod options;
 mod patches;
@@ -58,7 +59,9 @@ fn extract_typed<T: Classify>(
     let begun = Instant::now();
     let dims = meta.grid.dims;
     let (rules, sinks): (Vec<SurfaceOptions>, Vec<&mut dyn Sink>) = surfaces.into_iter().unzip();
-    let mut outputs: Vec<_> = sinks.into_iter().map(Patches::new).collect();
+    let with_normals = rules.iter().map(|rule| rule.normals);
+    let mut outputs: Vec<_> =
+        sinks.into_iter().zip(with_normals).map(|(sink, n)| Patches::new(sink, n)).collect();
     let kernels =
         rules.iter().map(|rule| Kernel::new(dims, place, meta.rescale, rule.rule(), cpu()));
     let outcome = run::run(planes, dims, kernels.zip(&mut outputs).collect(), options)?;

@@ -23,7 +23,7 @@ use stl::StlEncoder;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::mesh::Patch;
+use crate::mesh::{Measure, Patch};
 
 /// The bytes of one patch.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +32,8 @@ pub struct Encoded {
     pub vertices: Vec<u8>,
     /// What stands with the faces, after all vertices.
     pub faces: Vec<u8>,
+    /// The sums over what was encoded.
+    pub measure: Measure,
 }
 
 /// Turns patches into bytes. Called from many threads, in any order.

@@ -11,10 +11,13 @@ use super::format::{Layout, MeshOptions};
 use super::text::Line;
 use super::{Encoded, Encoder};
 use crate::geom::Space;
-use crate::mesh::Patch;
+use crate::mesh::{Patch, Triangle};
 
 /// Bytes of one binary triangle.
 const RECORD: usize = 50;
+
+/// Triangles that are gathered before they are appended.
+const BATCH: usize = 64;
 
 /// Writes patches as STL.
 #[derive(Clone, Copy, Debug)]
@@ -31,10 +34,14 @@ impl StlEncoder {
 
 impl Encoder for StlEncoder {
     fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
+        if triangles.start == 0 {
+            out.measure.add_vertices(patch);
+        }
+        let triangles = &patch.triangles[triangles];
         if self.ascii {
-            text(patch, triangles, &mut out.faces);
+            text(patch, triangles, out);
         } else {
-            binary(patch, triangles, &mut out.faces);
+            binary(patch, triangles, out);
         }
     }
 }
@@ -66,29 +73,33 @@ impl Layout for StlEncoder {
     }
 }
 
-fn binary(patch: &Patch, triangles: Range<usize>, out: &mut Vec<u8>) {
-    let start = out.len();
-    out.resize(start + triangles.len() * RECORD, 0);
-    let (records, _) = out[start..].as_chunks_mut::<RECORD>();
-    for (record, n) in records.iter_mut().zip(triangles) {
-        let [a, b, c] = patch.corners(patch.triangles[n]);
-        let (numbers, _) = record.as_chunks_mut::<4>();
-        for (number, value) in
-            numbers.iter_mut().zip([patch.face_normal(n), a, b, c].as_flattened())
-        {
-            *number = value.to_le_bytes();
+fn binary(patch: &Patch, triangles: &[Triangle], out: &mut Encoded) {
+    out.faces.reserve(triangles.len() * RECORD);
+    let mut batch = [[0_u8; RECORD]; BATCH];
+    for triangles in triangles.chunks(BATCH) {
+        for (record, &triangle) in batch.iter_mut().zip(triangles) {
+            let corners = patch.corners(triangle);
+            // The normal comes with the sums: computed once, it costs as much as the rest.
+            let normal = out.measure.add(corners);
+            let (numbers, _) = record.as_chunks_mut::<4>();
+            let values = [normal, corners[0], corners[1], corners[2]];
+            for (number, value) in numbers.iter_mut().zip(values.as_flattened()) {
+                *number = value.to_le_bytes();
+            }
         }
+        out.faces.extend_from_slice(batch[..triangles.len()].as_flattened());
     }
 }
 
-fn text(patch: &Patch, triangles: Range<usize>, out: &mut Vec<u8>) {
-    let mut line = Line::new();
-    for n in triangles {
-        line.word(b"facet normal").floats(patch.face_normal(n)).end(out);
-        out.extend_from_slice(b"outer loop\n");
-        for corner in patch.corners(patch.triangles[n]) {
-            line.word(b"vertex").floats(corner).end(out);
+fn text(patch: &Patch, triangles: &[Triangle], out: &mut Encoded) {
+    let (mut line, faces) = (Line::new(), &mut out.faces);
+    for &triangle in triangles {
+        let corners = patch.corners(triangle);
+        line.word(b"facet normal").floats(out.measure.add(corners)).end(faces);
+        faces.extend_from_slice(b"outer loop\n");
+        for corner in corners {
+            line.word(b"vertex").floats(corner).end(faces);
         }
-        out.extend_from_slice(b"endloop\nendfacet\n");
+        faces.extend_from_slice(b"endloop\nendfacet\n");
     }
 }

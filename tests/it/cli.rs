@@ -31,6 +31,8 @@ fn wrong_use_is_exit_2_before_any_input_is_opened() {
         (&["missing.raw", "--iso", "1", "-o", "x.stl", "--dims", "2x2x2"], "--type is missing"),
         (&["-", "--iso", "1", "-o", "x.stl"], "--dims is missing"),
         (&[HEAD, "--iso", "1", "-o", "-", "--json"], "both want standard output"),
+        (&[HEAD, "--iso", "1", "-o", "x.stl", "--normals"], "STL has no vertex normals"),
+        (&[HEAD, "--iso", "1", "-o", "-", "--normals"], "STL has no vertex normals"),
         (&[], "no input"),
     ] {
         let said_so = stderr(mcubes().args(arguments), 2);
@@ -89,6 +91,31 @@ fn a_mesh_on_standard_output_is_the_file_and_threads_change_nothing() {
             .unwrap();
         assert!(output.status.success());
         assert!(output.stdout == file, "{threads} threads");
+    }
+}
+
+#[test]
+fn normals_are_in_ply_and_obj_the_same_on_any_number_of_threads() {
+    let folder = TempDir::new().unwrap();
+    let mesh = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let mut command = mcubes();
+        command.args([HEAD, "--iso", "300", "-q", "-o"]).arg(&out).args(more).assert().success();
+        (mcubes::reader::read(&out).unwrap(), std::fs::read(&out).unwrap(), out)
+    };
+    let (plain, ..) = mesh("plain.ply", &[]);
+    assert!(plain.normals.is_empty());
+    let (first, bytes, path) = mesh("1.ply", &["--normals", "--threads", "1"]);
+    assert_eq!((&first.vertices, &first.triangles), (&plain.vertices, &plain.triangles));
+    assert_eq!(first.normals.len(), first.vertices.len());
+    mcubes().arg("check").arg(&path).assert().success();
+    for threads in ["2", "7"] {
+        assert!(mesh("n.ply", &["--normals", "--threads", threads]).1 == bytes, "{threads}");
+    }
+    for (name, more) in [("n.obj", &["--normals"][..]), ("text.ply", &["--normals", "--ascii"])] {
+        let (found, _, path) = mesh(name, more);
+        assert_eq!(found, first, "{name}");
+        mcubes().arg("check").arg(&path).assert().success();
     }
 }
 
