@@ -5,8 +5,21 @@
 //! steps (crop, blur, a formula) wrap a source and are sources themselves.
 
 mod error;
+mod file;
+mod gunzip;
+mod input;
+mod layout;
+mod nifti;
+mod open;
+mod raw;
+mod stream;
+mod survey;
 
 pub use error::SourceError;
+pub use nifti::NiftiError;
+pub use open::{Content, MAX_LISTED_VOLUMES, OpenOptions, open, sniff, volumes};
+pub use raw::{RawError, RawInput, RawOptions, SizeMismatch, open_raw};
+pub use survey::survey;
 
 use ndarray::{ArrayView3, ArrayViewMut2};
 

@@ -5,9 +5,13 @@
 mod meta;
 mod notes;
 mod rescale;
+mod stats;
+mod tally;
 mod voxel;
 
 pub use meta::{Format, Meta, Padding, SeriesFacts};
 pub use notes::Note;
 pub use rescale::Rescale;
+pub use stats::{Histogram, Suggestion, Survey};
+pub(crate) use tally::Tally;
 pub use voxel::{Sample, StoredType};

@@ -26,6 +26,11 @@ pub enum Note {
         /// How many.
         bytes: u64,
     },
+    /// Bytes after the last gzip member that are no gzip.
+    AfterGzip {
+        /// How many.
+        bytes: u64,
+    },
     /// Coordinates are so large that vertices may be off by this part of a voxel.
     CoarseCoordinates {
         /// ε, as a part of a step.
@@ -47,6 +52,9 @@ impl fmt::Display for Note {
             Self::UnitsConverted { from } => write!(f, "the header's {from} became millimetres"),
             Self::TrailingBytes { bytes } => {
                 write!(f, "{bytes} bytes after the last sample are ignored")
+            }
+            Self::AfterGzip { bytes } => {
+                write!(f, "{bytes} bytes after the end of the gzip stream are ignored")
             }
             Self::CoarseCoordinates { epsilon } => write!(
                 f,

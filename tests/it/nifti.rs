@@ -1,1 +1,159 @@
-//! NIfTI files, against what nibabel sees.
+//! NIfTI files, against what nibabel and numpy see.
+
+use std::path::Path;
+
+use mcubes::geom::{Affine, orientation};
+use mcubes::source::{self, OpenOptions};
+use mcubes::volume::{Meta, Note};
+use mcubes::{Error, Kind};
+use serde_json::Value;
+
+use crate::support::expected::{Entry, compare_values, entries, floats};
+use crate::support::planes::{checksum, read_all};
+use crate::support::repository;
+
+fn read(path: &Path, volume: Option<usize>) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
+    read_all(source::open(path, &OpenOptions { volume }), path)
+}
+
+fn of_status(status: &str) -> Vec<Entry> {
+    let found: Vec<Entry> = entries("nifti").into_iter().filter(|e| e.is(status)).collect();
+    assert!(!found.is_empty());
+    found
+}
+
+fn compare_geometry(what: &str, entry: &Value, meta: &Meta) {
+    let shape: Vec<u64> =
+        entry["shape"].as_array().unwrap().iter().map(|v| v.as_u64().unwrap()).collect();
+    let dims = meta.grid.dims.to_array().map(|n| n as u64);
+    let wanted = [0, 1, 2].map(|d| shape.get(d).copied().unwrap_or(1));
+    assert_eq!(dims, wanted, "{what}: dims");
+    assert_eq!(meta.n_volumes as u64, entry["volumes"].as_u64().unwrap(), "{what}: volumes");
+    let stored = match meta.stored.as_str().split_at(1) {
+        ("u", bits) => format!("uint{bits}"),
+        ("i", bits) => format!("int{bits}"),
+        (_, bits) => format!("float{bits}"),
+    };
+    assert_eq!(stored, entry["dtype"].as_str().unwrap(), "{what}: type");
+    assert_eq!(meta.rescale.slope(), entry["slope"].as_f64().unwrap(), "{what}: slope");
+    assert_eq!(meta.rescale.inter(), entry["inter"].as_f64().unwrap(), "{what}: intercept");
+
+    let in_mm = entry.get("affine_mm");
+    let rows = in_mm.unwrap_or(&entry["affine"]).as_array().unwrap();
+    let unit = match entry["xyzt_units"].as_u64().unwrap() & 7 {
+        1 => 1e3,
+        3 => 1e-3,
+        _ => 1.0,
+    };
+    let spacing = floats(&entry["voxel_size"]).into_iter().fold(0.0, f64::max) * unit;
+    let tolerance = 1e-5 * spacing * wanted.into_iter().max().unwrap() as f64;
+    for (row, got) in rows.iter().zip(meta.grid.affine.rows()) {
+        for (want, got) in floats(row).into_iter().zip(got) {
+            assert!((want - got).abs() <= tolerance, "{what}: affine {got}, not {want}");
+        }
+    }
+    for (want, got) in floats(&entry["voxel_size"]).into_iter().zip(meta.grid.affine.spacing()) {
+        assert!((want * unit - got).abs() <= tolerance, "{what}: spacing {got}, not {want}");
+    }
+    assert_eq!(
+        meta.grid.affine.determinant() < 0.0,
+        entry["determinant_negative"].as_bool().unwrap(),
+        "{what}: handedness"
+    );
+    assert_eq!(orientation(&meta.grid.affine), entry["axcodes"].as_str().unwrap(), "{what}");
+    let from_pixdim = meta.notes.contains(&Note::AffineFromPixdim);
+    assert_eq!(from_pixdim, entry["affine_source"] == "pixdim", "{what}: where from");
+}
+
+/// The kinds that a class of malformed file may be refused with.
+fn kinds(class: &str) -> &'static [Kind] {
+    match class {
+        "bad-magic" => &[Kind::BadHeader, Kind::UnknownFormat, Kind::NotFound, Kind::TruncatedData],
+        "bad-bitpix" | "bad-byte-order" | "bad-header-size" | "bad-offset" | "bad-scaling" => {
+            &[Kind::BadHeader]
+        }
+        "bad-dims" => &[Kind::BadDims],
+        "bad-affine" => &[Kind::BadAffine],
+        "bad-gzip" => &[Kind::CorruptCompression],
+        "is-a-directory" => &[Kind::Unreadable],
+        "missing-file" => &[Kind::NotFound],
+        "not-nifti" => &[Kind::UnknownFormat],
+        "truncated-data" | "truncated-gzip" | "truncated-header" => &[Kind::TruncatedData],
+        "unsupported-datatype" => &[Kind::UnsupportedType],
+        other => panic!("no kind for {other}"),
+    }
+}
+
+#[test]
+fn every_good_file_reads_as_nibabel_reads_it() {
+    for Entry { root, name: path, facts: entry } in &of_status("good") {
+        let file = root.join(path);
+        let (meta, stored, _) = read(&file, None).unwrap_or_else(|e| panic!("{e}"));
+        compare_geometry(path, entry, &meta);
+        compare_values(path, entry, &meta, &stored);
+        assert_eq!(source::volumes(&file).unwrap().len(), meta.n_volumes, "{path}");
+    }
+}
+
+#[test]
+fn every_volume_of_a_4d_file_is_the_one_asked_for() {
+    for Entry { root, name: path, facts: entry } in &entries("nifti") {
+        let Some(volumes) = entry["crc_stored_volumes"].as_array() else { continue };
+        for (at, crc) in volumes.iter().enumerate() {
+            let (meta, stored, _) = read(&root.join(path), Some(at + 1)).unwrap();
+            assert_eq!(checksum(stored), crc.as_str().unwrap(), "{path}: volume {}", at + 1);
+            assert_eq!(meta.volume_number, at + 1);
+        }
+        let beyond = read(&root.join(path), Some(entry["volumes"].as_u64().unwrap() as usize + 1));
+        assert_eq!(beyond.unwrap_err().kind(), Kind::BadDims, "{path}");
+    }
+}
+
+#[test]
+fn every_bad_file_is_refused_with_its_kind_and_one_line() {
+    for Entry { root, name: path, facts: entry } in &of_status("bad") {
+        let Err(error) = read(&root.join(path), None) else { panic!("{path} was read") };
+        println!("{error}  [{}]  {}", error.kind(), error.hint().unwrap_or_default());
+        let class = entry["error"].as_str().unwrap();
+        assert!(kinds(class).contains(&error.kind()), "{path} ({class}): {error}");
+        assert!(!error.to_string().contains('\n'));
+    }
+}
+
+#[test]
+fn doubtful_files_are_refused_or_read_with_the_right_values() {
+    let all = entries("nifti");
+    let of = |path: &str| all.iter().rev().find(|e| e.name == path).map(|e| e.facts.clone());
+    for Entry { root, name: path, facts: entry } in &of_status("either") {
+        match read(&root.join(path), None) {
+            Err(error) => {
+                println!("{error}  [{}]", error.kind());
+                if let Some(class) = entry["error"].as_str() {
+                    assert!(kinds(class).contains(&error.kind()), "{path} ({class}): {error}");
+                }
+            }
+            Ok((meta, stored, _)) => {
+                println!("{path}: read");
+                let like = entry["same_values_as"].as_str().map(|p| of(p).unwrap());
+                let entry = like.as_ref().unwrap_or(entry);
+                if entry["crc_stored"].is_string() {
+                    compare_geometry(path, entry, &meta);
+                    compare_values(path, entry, &meta, &stored);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn letters_of_oblique_and_sheared_affines_are_nibabels() {
+    let text = std::fs::read_to_string(repository("testdata/orientation.json")).unwrap();
+    let all: Vec<Value> = serde_json::from_str(&text).unwrap();
+    for entry in &all {
+        let rows: Vec<Vec<f64>> = entry["affine"].as_array().unwrap().iter().map(floats).collect();
+        let affine =
+            Affine::from_rows([0, 1, 2].map(|r| <[f64; 4]>::try_from(&rows[r][..]).unwrap()));
+        assert_eq!(orientation(&affine), entry["axcodes"].as_str().unwrap(), "{rows:?}");
+    }
+    assert_eq!(all.len(), 240);
+}

@@ -1,1 +1,75 @@
-//! Raw files, against what numpy sees.
+//! Samples without a header, against numpy.
+
+use std::path::Path;
+
+use mcubes::source::{RawInput, RawOptions, open_raw};
+use mcubes::volume::{Meta, Note, StoredType};
+use mcubes::{Error, Kind};
+use serde_json::Value;
+
+use crate::support::expected::{Entry, compare_values, entries, floats};
+use crate::support::planes::read_all;
+
+fn options(entry: &Value) -> RawOptions {
+    let word = entry["type"].as_str().unwrap();
+    let stored = StoredType::ALL.into_iter().find(|t| t.as_str() == word).unwrap();
+    let three = |key: &str| <[f64; 3]>::try_from(floats(&entry[key])).unwrap();
+    RawOptions {
+        dims: floats(&entry["dims"])
+            .iter()
+            .map(|&n| n as i64)
+            .collect::<Vec<_>>()
+            .try_into()
+            .unwrap(),
+        big_endian: entry["endian"] == "big",
+        spacing_mm: three("spacing"),
+        origin_mm: three("origin"),
+        offset_bytes: entry["offset"].as_u64().unwrap(),
+        stored,
+    }
+}
+
+fn read(path: &Path, options: &RawOptions) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
+    read_all(open_raw(RawInput::Path(path.to_owned()), options), path)
+}
+
+fn of_status(status: &str) -> Vec<Entry> {
+    let found: Vec<Entry> = entries("raw").into_iter().filter(|e| e.is(status)).collect();
+    assert!(!found.is_empty());
+    found
+}
+
+#[test]
+fn every_good_file_reads_as_numpy_reads_it() {
+    for Entry { root, name: path, facts: entry } in &of_status("good") {
+        let (meta, stored, _) =
+            read(&root.join(path), &options(entry)).unwrap_or_else(|e| panic!("{e}"));
+        compare_values(path, entry, &meta, &stored);
+        assert_eq!(meta.grid.affine.spacing().to_vec(), floats(&entry["spacing"]), "{path}");
+        assert_eq!(meta.grid.affine.column(3).to_vec(), floats(&entry["origin"]), "{path}");
+    }
+}
+
+#[test]
+fn every_bad_file_is_refused_with_its_kind() {
+    for Entry { root, name: path, facts: entry } in &of_status("bad") {
+        let Err(error) = read(&root.join(path), &options(entry)) else { panic!("{path} was read") };
+        println!("{error}  [{}]  {}", error.kind(), error.hint().unwrap_or_default());
+        let kind = match entry["error"].as_str().unwrap() {
+            "bad-dims" => Kind::BadDims,
+            "bad-spacing" => Kind::BadAffine,
+            _ => Kind::SizeMismatch,
+        };
+        assert_eq!(error.kind(), kind, "{path}: {error}");
+    }
+}
+
+#[test]
+fn doubtful_files_are_refused_or_read_with_the_right_values() {
+    for Entry { root, name: path, facts: entry } in &of_status("either") {
+        match read(&root.join(path), &options(entry)) {
+            Err(error) => assert_eq!(error.kind(), Kind::SizeMismatch, "{path}: {error}"),
+            Ok((meta, stored, _)) => compare_values(path, entry, &meta, &stored),
+        }
+    }
+}

@@ -1,5 +1,8 @@
 //! What the integration tests share.
-#![allow(dead_code, reason = "not every module uses every helper yet")]
+#![allow(dead_code, unreachable_pub, reason = "not every module uses every helper yet")]
+
+pub mod expected;
+pub mod planes;
 
 pub mod manifold;
 

@@ -1,0 +1,105 @@
+//! A file opened and looked at: its first bytes, its size if it has one, and the whole of it as a
+//! stream. Knows no format but gzip.
+
+use std::fs::File;
+use std::io::{Cursor, Read, Seek};
+use std::path::Path;
+
+use super::SourceError;
+use super::gunzip::Gunzip;
+use super::stream::ByteStream;
+
+/// Bytes looked at: both NIfTI headers and DICOM's preamble fit.
+pub(super) const HEAD_BYTES: usize = 544;
+
+/// The most that deflate can make of one byte (258 bytes of output for two bits of input, less the
+/// stream's own framing).
+const DEFLATE_FACTOR: u64 = 1032;
+
+/// An opened file whose first bytes have been looked at.
+pub(super) struct Input {
+    source: Source,
+    /// The size; nothing for pipes and devices.
+    size: Option<u64>,
+    head: Vec<u8>,
+}
+
+enum Source {
+    /// A regular file; its cursor may stand anywhere.
+    File(File),
+    /// What follows the head.
+    Stream(Box<dyn Read + Send>),
+}
+
+impl Input {
+    pub(super) fn open(path: &Path) -> Result<Self, SourceError> {
+        let mut file = File::open(path)?;
+        let facts = file.metadata()?;
+        if facts.is_dir() {
+            return Err(SourceError::Folder);
+        }
+        let head = read_head(&mut file)?;
+        if facts.is_file() {
+            Ok(Self { source: Source::File(file), size: Some(facts.len()), head })
+        } else {
+            Ok(Self { source: Source::Stream(Box::new(file)), size: None, head })
+        }
+    }
+
+    /// A stream without a name, such as standard input.
+    pub(super) fn stream(mut stream: Box<dyn Read + Send>) -> Result<Self, SourceError> {
+        let head = read_head(&mut stream)?;
+        Ok(Self { source: Source::Stream(stream), size: None, head })
+    }
+
+    /// The first bytes of the file, as they stand in it.
+    pub(super) fn head(&self) -> &[u8] {
+        &self.head
+    }
+
+    /// The size in bytes, as it stands in the folder; nothing for pipes and devices.
+    pub(super) fn size(&self) -> Option<u64> {
+        self.size
+    }
+
+    pub(super) fn is_gzip(&self) -> bool {
+        Gunzip::recognise(&self.head)
+    }
+
+    /// The whole content as a stream, inflated if `gzip` says so.
+    pub(super) fn into_stream(self, gzip: bool) -> Result<ByteStream, SourceError> {
+        let all: Box<dyn Read + Send> = match self.source {
+            Source::File(mut file) => {
+                file.rewind()?;
+                Box::new(file)
+            }
+            Source::Stream(rest) => Box::new(Cursor::new(self.head).chain(rest)),
+        };
+        Ok(if gzip { ByteStream::Gzip(Box::new(Gunzip::new(all))) } else { ByteStream::Plain(all) })
+    }
+
+    /// The regular file itself and its size, or the input back where it is none.
+    pub(super) fn into_file(self) -> Result<(File, u64), Self> {
+        match (self.source, self.size) {
+            (Source::File(file), Some(size)) => Ok((file, size)),
+            (source, size) => Err(Self { source, size, head: self.head }),
+        }
+    }
+}
+
+/// Refuses a gzip file of `compressed` bytes, where that is known, if it is too small for
+/// `of_bytes`, before anything is allocated for them.
+pub(super) fn check_gzip_size(compressed: Option<u64>, of_bytes: u64) -> Result<(), SourceError> {
+    match compressed {
+        Some(compressed) if of_bytes / DEFLATE_FACTOR > compressed => {
+            Err(SourceError::TooSmallForGzip { compressed, of_bytes })
+        }
+        _ => Ok(()),
+    }
+}
+
+fn read_head(input: &mut impl Read) -> Result<Vec<u8>, SourceError> {
+    let mut head = Vec::with_capacity(HEAD_BYTES);
+    input.take(HEAD_BYTES as u64).read_to_end(&mut head)?;
+    Ok(head)
+}

@@ -1,0 +1,165 @@
+//! Opening a file whatever its name: the content says what it is.
+
+use std::path::Path;
+
+use super::input::Input;
+use super::nifti::{self, Nifti, Part};
+use super::{SourceError, Volume};
+use crate::Error;
+use crate::volume::{Meta, Note};
+
+/// The most volumes of one file that [`volumes`] lists.
+pub const MAX_LISTED_VOLUMES: usize = 65_536;
+
+/// How to open a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OpenOptions {
+    /// Which volume of a file that holds several, from 1; the first where nothing is said.
+    pub volume: Option<usize>,
+}
+
+/// What a file is by its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Content {
+    /// NIfTI, plain or gzipped, one file or a part of a pair. Opened by [`open`].
+    Nifti,
+    /// A DICOM object.
+    Dicom,
+    /// A zip archive.
+    Zip,
+    /// A folder.
+    Folder,
+    /// A pipe or a device, which was not looked into since its bytes come only once. [`open`] takes
+    /// it for NIfTI.
+    Stream,
+    /// gzip of something else.
+    Gzip,
+    /// A format that is known but not read here, by name.
+    Foreign(&'static str),
+    /// Anything else.
+    Unknown,
+}
+
+/// Looks at a file's first bytes.
+///
+/// # Errors
+/// `not-found`, `unreadable`; a gzip file so damaged that it cannot be looked into.
+pub fn sniff(path: &Path) -> Result<Content, Error> {
+    let at = |e: SourceError| Error::at(path, e);
+    let facts = std::fs::metadata(path).map_err(|e| at(e.into()))?;
+    if facts.is_dir() {
+        return Ok(Content::Folder);
+    }
+    if !facts.is_file() {
+        return Ok(Content::Stream);
+    }
+    let input = Input::open(path).map_err(at)?;
+    let content = content_of(input.head());
+    match content {
+        Content::Gzip => {
+            let mut stream = input.into_stream(true).map_err(at)?;
+            let head = nifti::head_of(&mut stream).map_err(at)?;
+            Ok(if nifti::recognise(&head) || is_image(path) { Content::Nifti } else { content })
+        }
+        Content::Unknown if is_image(path) => Ok(Content::Nifti),
+        _ => Ok(content),
+    }
+}
+
+/// Whether a file is the image of a pair: it has no header of its own, but one beside it.
+fn is_image(path: &Path) -> bool {
+    nifti::part_by_name(path) == Some(Part::Image) && nifti::partner(path, Part::Header).is_ok()
+}
+
+/// What the first bytes of a file say.
+fn content_of(head: &[u8]) -> Content {
+    if super::gunzip::Gunzip::recognise(head) {
+        return Content::Gzip;
+    }
+    if head.get(128..132) == Some(b"DICM") {
+        return Content::Dicom;
+    }
+    if nifti::recognise(head) {
+        return Content::Nifti;
+    }
+    if head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06") {
+        return Content::Zip;
+    }
+    let foreign: [(&[u8], &str); 12] = [
+        (b"NRRD000", "NRRD"),
+        (b"ObjectType", "MetaImage"),
+        (b"\x89HDF\r\n\x1a\n", "HDF5 (MINC 2)"),
+        (b"CDF\x01", "NetCDF (MINC 1)"),
+        (b"\x93NUMPY", "a NumPy array"),
+        (b"\x89PNG\r\n\x1a\n", "PNG"),
+        (b"\xff\xd8\xff", "JPEG"),
+        (b"II*\0", "TIFF"),
+        (b"MM\0*", "TIFF"),
+        (b"\x28\xb5\x2f\xfd", "zstd"),
+        (b"BZh", "bzip2"),
+        (b"\xfd7zXZ\0", "xz"),
+    ];
+    match foreign.into_iter().find(|(magic, _)| head.starts_with(magic)) {
+        Some((_, name)) => Content::Foreign(name),
+        None if is_bare_dicom(head) => Content::Dicom,
+        None => Content::Unknown,
+    }
+}
+
+/// Whether a file begins like a DICOM data set without the preamble: an element of group 0002 or
+/// 0008, with a value representation or a plausible length.
+fn is_bare_dicom(head: &[u8]) -> bool {
+    let &[g0, g1, e0, e1, a, b, c, d, ..] = head else { return false };
+    let explicit = a.is_ascii_uppercase() && b.is_ascii_uppercase();
+    let little = matches!((g0, g1), (2 | 8, 0)) && e1 == 0;
+    let big = matches!((g0, g1), (0, 2 | 8)) && e0 == 0;
+    let short = u32::from_le_bytes([a, b, c, d]) <= 256;
+    (little && (explicit || short)) || (big && explicit)
+}
+
+/// Opens the NIfTI file at `path`; `path` may be either part of a pair. Nothing but headers is
+/// read; a plain file's size is checked against its header.
+///
+/// # Errors
+/// Everything that headers and sizes can have wrong. What only the samples can show comes from the
+/// planes.
+pub fn open(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
+    let nifti = open_nifti(path)?;
+    let of = nifti.meta.n_volumes;
+    let mut volume = nifti.volume(options.volume.unwrap_or(1)).map_err(|e| Error::at(path, e))?;
+    if of > 1 && options.volume.is_none() {
+        volume.meta.notes.insert(0, Note::ChoseVolume { number: 1, of });
+    }
+    Ok(volume)
+}
+
+/// The facts of every volume of the NIfTI file at `path`, at most [`MAX_LISTED_VOLUMES`] of them;
+/// each says how many there are.
+///
+/// # Errors
+/// As [`open`].
+pub fn volumes(path: &Path) -> Result<Vec<Meta>, Error> {
+    let meta = open_nifti(path)?.meta;
+    let listed = 1..=meta.n_volumes.min(MAX_LISTED_VOLUMES);
+    Ok(listed.map(|number| Meta { volume_number: number, ..meta.clone() }).collect())
+}
+
+fn open_nifti(path: &Path) -> Result<Nifti, Error> {
+    let at = |e: SourceError| Error::at(path, e);
+    let input = Input::open(path).map_err(at)?;
+    let unknown = |name| Error::at(path, SourceError::UnknownFormat(name));
+    match content_of(input.head()) {
+        Content::Nifti => Nifti::open(path, input),
+        // An image that begins like anything at all is told by its name and the header beside it.
+        _ if is_image(path) => {
+            let header = nifti::partner(path, Part::Header).map_err(|e| at(e.into()))?;
+            let input = Input::open(&header).map_err(|e| Error::at(&header, e))?;
+            Nifti::open(&header, input)
+        }
+        Content::Dicom => Err(unknown(Some("DICOM"))),
+        Content::Zip => Err(unknown(Some("a zip archive"))),
+        Content::Foreign(name) => Err(unknown(Some(name))),
+        _ => Nifti::open(path, input),
+    }
+}
