@@ -1,5 +1,8 @@
 //! What can go wrong while writing.
 
+use std::io;
+use std::path::PathBuf;
+
 use crate::error::{Failure, Kind};
 
 /// A writer's failure, without the path.
@@ -8,11 +11,52 @@ use crate::error::{Failure, Kind};
 pub enum SinkError {
     /// The system's own error while writing.
     #[error("cannot be written: {0}")]
-    Io(#[source] std::io::Error),
+    Io(#[source] io::Error),
+    /// The folder that the file should stand in does not exist.
+    #[error("cannot be written: the folder {} does not exist", .0.display())]
+    NoFolder(PathBuf),
+    /// The path given for the file is a folder.
+    #[error("cannot be written: it is a folder, not a file")]
+    IsFolder,
+    /// More than the format can count.
+    #[error("the mesh has {found} {what}, the format can count {limit}")]
+    TooMany {
+        /// `triangles` or `vertices`.
+        what: &'static str,
+        /// How many there are.
+        found: u64,
+        /// The most there can be.
+        limit: u64,
+    },
+    /// The bytes written do not match the totals given: a mistake of the program itself.
+    #[error("internal error: {0}")]
+    Internal(&'static str),
 }
 
 impl Failure for SinkError {
     fn kind(&self) -> Kind {
-        Kind::Unwritable
+        match self {
+            Self::Io(_) | Self::NoFolder(_) | Self::IsFolder => Kind::Unwritable,
+            Self::TooMany { .. } => Kind::TooManyTriangles,
+            Self::Internal(_) => Kind::Internal,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::Io(e) => match e.kind() {
+                io::ErrorKind::StorageFull => "the disk is full; make room or write elsewhere",
+                io::ErrorKind::QuotaExceeded => {
+                    "the quota is used up; make room or write elsewhere"
+                }
+                io::ErrorKind::PermissionDenied => "choose a folder that you may write to",
+                _ => return None,
+            },
+            Self::NoFolder(_) => "make the folder first",
+            Self::IsFolder => "add a file name to the path",
+            Self::TooMany { .. } => "--crop or --downsample make the mesh smaller",
+            Self::Internal(_) => return None,
+        };
+        Some(hint.to_owned())
     }
 }

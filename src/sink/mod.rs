@@ -3,9 +3,22 @@
 //! An [`Encoder`] turns a patch into the bytes of its format on any thread; a [`Sink`] takes them
 //! in order. Sinks turn no coordinates and join no vertices.
 
+mod atomic;
 mod error;
+mod file;
+mod format;
+mod obj;
+mod ply;
+mod stl;
+mod text;
 
 pub use error::SinkError;
+pub use file::MeshFile;
+pub use format::{Format, MeshOptions};
+
+use obj::ObjEncoder;
+use ply::PlyEncoder;
+use stl::StlEncoder;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +28,7 @@ use crate::mesh::Patch;
 /// The bytes of one patch.
 #[derive(Clone, Debug, Default)]
 pub struct Encoded {
-    /// What stands with the vertices; empty for STL.
+    /// What stands with the vertices, before all faces; empty for STL.
     pub vertices: Vec<u8>,
     /// What stands with the faces, after all vertices.
     pub faces: Vec<u8>,
