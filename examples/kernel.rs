@@ -12,6 +12,7 @@ use std::fs;
 use std::time::Instant;
 
 use mcubes::kernel::Classify;
+use mcubes::mesh::Buffer;
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use ndarray::ArrayView3;
 
@@ -55,7 +56,11 @@ struct Arguments {
 }
 
 fn run<T: Classify>(npy: &Npy<'_>, arguments: &Arguments) -> Result<()> {
-    let samples: Vec<T> = bytemuck::pod_collect_to_vec(npy.data);
+    // In huge pages, where the system has them, as numpy keeps its arrays.
+    let n_samples = npy.data.len() / size_of::<T>();
+    let mut samples = Buffer::<T>::reserve(n_samples).ok_or("no memory for the volume")?;
+    let bytes = npy.data.get(..n_samples * size_of::<T>()).ok_or("the .npy data are cut short")?;
+    bytemuck::cast_slice_mut(&mut samples).copy_from_slice(bytes);
     let volume = ArrayView3::from_shape(npy.shape, &samples)?;
     let surface = SurfaceOptions::at(arguments.iso);
     let options = RunOptions { threads: arguments.threads.max(1), ..RunOptions::default() };

@@ -7,6 +7,8 @@
 //! `pipeline` ← `cli`.
 
 pub mod cancel;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod error;
 pub mod geom;
 pub mod kernel;

@@ -1,3 +1,5 @@
 //! The `mcubes` command.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    mcubes::cli::main()
+}

@@ -94,40 +94,32 @@ impl BitPlane {
         open: bool,
         classify: impl Fn(&[K; 64]) -> u64,
     ) {
-        let (nx, ny, stride) = (self.nx, self.ny, self.stride);
+        let rows = self.words[1 + self.stride..].chunks_exact_mut(self.stride);
+        let any = &mut self.any[1..=self.ny];
+        for ((row, any), samples) in rows.zip(any).zip(samples.chunks_exact(self.nx)) {
+            *any = fill_row(row, samples, &classify) != 0;
+        }
+        self.count_crossings(open);
+    }
+
+    /// Numbers the crossings in the plane, row by row: a pass of its own, so that the comparison
+    /// runs at the speed of memory.
+    #[inline(always)]
+    fn count_crossings(&mut self, open: bool) {
+        let (nx, ny) = (self.nx, self.ny);
+        let words = nx.div_ceil(64);
         let (mut n_x, mut n_y) = (0, 0);
         for q in 1..=ny + 1 {
             self.x_before[q] = n_x;
             self.y_before[q] = n_y;
-            let (before, row) = self.words[(q - 1) * stride..].split_at_mut(1 + stride);
-            let mut any = 0;
-            if q <= ny {
-                let (whole, rest) = samples[(q - 1) * nx..][..nx].as_chunks::<64>();
-                for (word, chunk) in row.iter_mut().zip(whole) {
-                    *word = classify(chunk);
-                    any |= *word;
-                }
-                if !rest.is_empty() {
-                    let mut chunk = [K::default(); 64];
-                    chunk[..rest.len()].copy_from_slice(rest);
-                    let word = classify(&chunk) & ((1 << rest.len()) - 1);
-                    row[whole.len()] = word;
-                    any |= word;
-                }
-                self.any[q] = any != 0;
+            if !self.any[q] && !self.any[q - 1] {
+                continue;
             }
-            if any != 0 {
-                n_x += x_crossings(nx, row, open);
-            }
-            if (any != 0 || self.any[q - 1]) && !(open && (q == 1 || q == ny + 1)) {
-                let words = nx.div_ceil(64);
-                let (above, row) = (&before[1..=words], row.get(..words));
-                n_y += match row {
-                    Some(row) if q <= ny => {
-                        above.iter().zip(row).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>()
-                    }
-                    _ => above.iter().map(|a| a.count_ones()).sum(),
-                };
+            let above = &self.words[1 + (q - 1) * self.stride..][..words];
+            let row = &self.words[1 + q * self.stride..][..words];
+            n_x += x_crossings(nx, row, open);
+            if !(open && (q == 1 || q == ny + 1)) {
+                n_y += above.iter().zip(row).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
             }
         }
         self.x_before[ny + 2] = n_x;
@@ -135,11 +127,33 @@ impl BitPlane {
     }
 }
 
+/// Turns a row of samples into words; gives back their union.
+#[inline(always)]
+fn fill_row<K: Copy + Default>(
+    row: &mut [u64],
+    samples: &[K],
+    classify: &impl Fn(&[K; 64]) -> u64,
+) -> u64 {
+    let (whole, rest) = samples.as_chunks::<64>();
+    let mut any = 0;
+    for (word, chunk) in row.iter_mut().zip(whole) {
+        *word = classify(chunk);
+        any |= *word;
+    }
+    if !rest.is_empty() {
+        let mut chunk = [K::default(); 64];
+        chunk[..rest.len()].copy_from_slice(rest);
+        let word = classify(&chunk) & ((1 << rest.len()) - 1);
+        row[whole.len()] = word;
+        any |= word;
+    }
+    any
+}
+
 /// Crossings along a row, the two into the border included unless `open`.
 #[inline(always)]
 fn x_crossings(nx: usize, row: &[u64], open: bool) -> u32 {
-    let words = nx.div_ceil(64);
-    let (row, mut n, mut carry) = (&row[..words], 0, 0);
+    let (mut n, mut carry) = (0, 0);
     for &word in row {
         n += (word ^ (word << 1 | carry)).count_ones();
         carry = word >> 63;

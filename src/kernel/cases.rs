@@ -58,6 +58,8 @@ pub struct Tables {
     pub rows: Vec<Row>,
     /// The first row of each case.
     pub first_row: [u16; 256],
+    /// The ambiguous faces of each case, one bit each.
+    pub ambiguous: [u8; 256],
 }
 
 impl Tables {
@@ -101,6 +103,7 @@ impl Tables {
             crossed: [[0; 16]; 256],
             rows,
             first_row,
+            ambiguous: std::array::from_fn(|case| ambiguous_faces(case as u8)),
         };
         for case in 0..256 {
             let row = &tables.rows[usize::from(first_row[case])];

@@ -5,11 +5,11 @@
 use super::cube::share_face;
 
 /// The local id of a cell's centre vertex; 0 to 11 are edges, 12 to 14 walls.
-pub const CENTRE: u8 = 15;
+pub(super) const CENTRE: u8 = 15;
 
 /// Triangles that fill a loop, in the loop's direction: a fan from the first of its vertices from
 /// which no triangle edge would run inside a face of the cell, otherwise from the centre vertex.
-pub fn fan(line: &[u8]) -> Vec<[u8; 3]> {
+pub(super) fn fan(line: &[u8]) -> Vec<[u8; 3]> {
     let n = line.len();
     match (0..n).find(|&apex| is_legal(line, apex)) {
         Some(apex) => (1..n - 1)

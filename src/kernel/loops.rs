@@ -6,7 +6,7 @@
 use super::cube::{edge_between, face_corners, is_ambiguous, is_crossed};
 
 /// The faces of a case whose inside corners are two on one diagonal, one bit each.
-pub fn ambiguous_faces(case: u8) -> u8 {
+pub(super) fn ambiguous_faces(case: u8) -> u8 {
     (0..6).filter(|&face| is_ambiguous(case, face)).fold(0, |mask, face| mask | 1 << face)
 }
 
@@ -16,7 +16,7 @@ pub fn ambiguous_faces(case: u8) -> u8 {
 /// On each face, going round it counter-clockwise, a run of inside corners is left over one edge
 /// and was entered over another. The segment goes from where it is left to where the same run was
 /// entered, or, where the face joins them, to where the next run is.
-pub fn loops(case: u8, joined: u8) -> Vec<Vec<u8>> {
+pub(super) fn loops(case: u8, joined: u8) -> Vec<Vec<u8>> {
     let next = segments(case, joined);
     let mut seen = [false; 12];
     let mut loops = Vec::new();
@@ -45,7 +45,7 @@ fn segments(case: u8, joined: u8) -> [usize; 12] {
         let edge = |side: usize| edge_between(corners[side % 4], corners[(side + 1) % 4]);
         let enters = |side: usize| !inside(corners[side % 4]) && inside(corners[(side + 1) % 4]);
         for side in 0..4 {
-            if !(inside(corners[side]) && !inside(corners[(side + 1) % 4])) {
+            if !inside(corners[side]) || inside(corners[(side + 1) % 4]) {
                 continue;
             }
             let back = if joined >> face & 1 == 1 && is_ambiguous(case, face) {

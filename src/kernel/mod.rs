@@ -14,11 +14,14 @@ mod cpu;
 mod crossing;
 pub mod cube;
 mod cut;
+mod decide;
 mod emit;
+mod extra;
 mod fan;
 mod key;
 mod layer;
 mod loops;
+mod settle;
 mod settled;
 mod simd;
 mod slab;
@@ -31,6 +34,7 @@ pub use cpu::{Cpu, cpu};
 pub use crossing::crossing;
 pub use cut::{Cut, Side};
 pub use key::Classify;
+pub use settle::{CellSurface, settle};
 pub use slab::{PatchSlices, Scratch, Slab, Totals};
 
 use std::ops::Range;
@@ -160,12 +164,12 @@ impl<T: Classify> Kernel<T> {
         let mut vertices = out.vertices;
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
         let mut first = first_vertex;
-        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
-            if let Some(samples) = slab.plane(k) {
-                let bits = &scratch.bits[part.start - slab.layers.start].0;
-                let origin = self.place.plane_origin(k as i64);
-                simd::plane_vertices(self.cpu, &self.placing, bits, samples, origin, ghosts);
-            }
+        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1))
+            && let Some(samples) = slab.plane(k)
+        {
+            let bits = &scratch.bits[part.start - slab.layers.start].0;
+            let origin = self.place.plane_origin(k as i64);
+            simd::plane_vertices(self.cpu, &self.placing, bits, samples, origin, ghosts);
         }
         for s in part {
             let n = s - slab.layers.start;

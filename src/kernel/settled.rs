@@ -1,8 +1,11 @@
 //! Cells whose case alone does not say what their surface is.
 
+use super::cube::{corner_at, edge_corners};
 use super::emit::SettledCell;
 use super::slab::LayerScratch;
-use super::{Classify, Kernel};
+use super::vertices::Placing;
+use super::{CellSurface, Classify, Kernel, crossing, settle};
+use crate::geom::vec3::{add, scale};
 use crate::mesh::Position;
 
 /// What became of a layer's slow cells.
@@ -26,14 +29,51 @@ impl Settled {
 impl<T: Classify> Kernel<T> {
     /// Settles the slow cells of layer `s`, between two planes of samples.
     pub(super) fn settle(&self, s: usize, samples: [Option<&[T]>; 2], layer: &mut LayerScratch) {
-        let _ = (s, samples, self.sign);
         let LayerScratch { cells, settled, .. } = layer;
-        for slow in &cells.slow {
-            let row = self.tables.first_row[usize::from(slow.case)];
-            let _ = slow.c;
-            let triangles = self.tables.rows[usize::from(row)].n_triangles;
-            settled.cells.push(SettledCell { row, n_extra: 0 });
-            settled.n_triangles += u64::from(triangles);
+        let before = s as i64 - 1;
+        let (origin, step_k) = (self.place.plane_origin(before), self.place.step_k(before));
+        let mut slow = cells.slow.iter();
+        for run in &cells.rows {
+            let r = run.row as usize;
+            let base = add(origin, scale(self.placing.step_j, r as f64 - 1.0));
+            for cell in slow.by_ref().take(run.n_slow as usize) {
+                let c = cell.c as usize;
+                let corners = self.corners(samples, r, c);
+                let surface = self.settle_cell(cell.case, &corners);
+                let corner = add(base, scale(self.placing.step_i, f64::from(cell.c) - 1.0));
+                for &[x, y, z] in &surface.extra[..surface.n_extra.into()] {
+                    let within = add(scale(self.placing.step_i, x), scale(self.placing.step_j, y));
+                    let place = add(add(corner, within), scale(step_k, z));
+                    settled.extra.push(place.map(|x| x as f32));
+                }
+                let row = &self.tables.rows[usize::from(surface.row)];
+                settled.cells.push(SettledCell { row: surface.row, n_extra: surface.n_extra });
+                settled.n_triangles += u64::from(row.n_triangles);
+            }
         }
+    }
+
+    /// The samples at the corners of cell `c` of row `r`; NaN outside the volume, where no decider
+    /// looks.
+    fn corners(&self, samples: [Option<&[T]>; 2], r: usize, c: usize) -> [f64; 8] {
+        let (nx, ny) = self.placing.dims;
+        std::array::from_fn(|corner| {
+            let [x, y, z] = corner_at(corner);
+            let (i, j) = ((c + x).wrapping_sub(1), (r + y).wrapping_sub(1));
+            match samples[z] {
+                Some(plane) if i < nx && j < ny => plane[j * nx + i].to_f64(),
+                _ => f64::NAN,
+            }
+        })
+    }
+
+    fn settle_cell(&self, case: u8, samples: &[f64; 8]) -> CellSurface {
+        let Placing { level, epsilon, .. } = self.placing;
+        let values = samples.map(|sample| self.sign * (sample - level));
+        let t = |edge: usize| {
+            let [low, high] = edge_corners(edge);
+            crossing(samples[low], samples[high], level, epsilon)
+        };
+        settle(self.tables, case, &values, t, epsilon)
     }
 }

@@ -8,7 +8,7 @@ use super::tunnel::sides;
 /// Whether triangles, in the direction of the loops, have just the loops as their border, use no
 /// edge twice the same way, draw nothing else into a face of the cell, go once round each of
 /// their vertices, and have the Euler number `euler`.
-pub fn is_sound(triangles: &[[u8; 3]], lines: &[Vec<u8>], euler: i32) -> bool {
+pub(super) fn is_sound(triangles: &[[u8; 3]], lines: &[Vec<u8>], euler: i32) -> bool {
     let mut halves: Vec<[u8; 2]> = triangles.iter().flat_map(|&t| sides(t)).collect();
     halves.sort_unstable();
     if halves.windows(2).any(|pair| pair[0] == pair[1]) || halves.iter().any(|[a, b]| a == b) {

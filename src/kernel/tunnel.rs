@@ -6,23 +6,23 @@
 use super::cube::{corner, corner_at, edge_corners, edge_of};
 
 /// The local id of a cell's first wall vertex; 12 to 14, in rising order of their faces.
-pub const FIRST_WALL: u8 = 12;
+pub(super) const FIRST_WALL: u8 = 12;
 
 /// An annulus between two loops of a cell.
-pub struct Annulus {
+pub(super) struct Annulus {
     /// Its triangles, in no particular direction.
-    pub triangles: Vec<[u8; 3]>,
+    pub(super) triangles: Vec<[u8; 3]>,
     /// The faces that its wall vertices stand before, rising; as many as it has walls.
-    pub walls: Vec<u8>,
+    pub(super) walls: Vec<u8>,
     /// The axis of the band faces where both loops have four vertices and the annulus has two
     /// forms; 0 to 2.
-    pub axis: Option<u8>,
+    pub(super) axis: Option<u8>,
 }
 
 /// The annuli by which a tunnel may join two of `lines`, one or, where it has two forms, two.
 /// `inside` says which corners it connects, those inside or those outside; `bands` are the
 /// ambiguous faces across which the others are joined.
-pub fn annuli(case: u8, lines: &[Vec<u8>], bands: u8, inside: bool) -> Vec<Annulus> {
+pub(super) fn annuli(case: u8, lines: &[Vec<u8>], bands: u8, inside: bool) -> Vec<Annulus> {
     let side = if inside { case } else { !case };
     for line in lines {
         if let Some(p) = tip(line).filter(|&p| side >> p & 1 == 1) {
@@ -33,7 +33,7 @@ pub fn annuli(case: u8, lines: &[Vec<u8>], bands: u8, inside: bool) -> Vec<Annul
 }
 
 /// The corner that a loop of three cuts off.
-pub fn tip(line: &[u8]) -> Option<usize> {
+pub(super) fn tip(line: &[u8]) -> Option<usize> {
     let &[a, b, c] = line else { return None };
     let [a, b, c] = [a, b, c].map(|e| edge_corners(e.into()));
     a.into_iter().find(|p| b.contains(p) && c.contains(p))
@@ -119,7 +119,7 @@ fn between_edges(axis: usize, side: u8, bands: u8) -> Vec<Annulus> {
 }
 
 /// Turns triangles so that all go round alike, the way of the segments of `lines` that they hold.
-pub fn orient(triangles: &mut [[u8; 3]], lines: &[Vec<u8>]) {
+pub(super) fn orient(triangles: &mut [[u8; 3]], lines: &[Vec<u8>]) {
     let mut wanted: Vec<[u8; 2]> = lines
         .iter()
         .flat_map(|line| (0..line.len()).map(|k| [line[k], line[(k + 1) % line.len()]]))
@@ -140,6 +140,6 @@ pub fn orient(triangles: &mut [[u8; 3]], lines: &[Vec<u8>]) {
 }
 
 /// The three directed sides of a triangle.
-pub fn sides([a, b, c]: [u8; 3]) -> [[u8; 2]; 3] {
+pub(super) fn sides([a, b, c]: [u8; 3]) -> [[u8; 2]; 3] {
     [[a, b], [b, c], [c, a]]
 }

@@ -52,7 +52,7 @@ impl<T: bytemuck::Pod> Deref for Buffer<T> {
 
     fn deref(&self) -> &[T] {
         match &self.memory {
-            Memory::Map(map) => &bytemuck::cast_slice(&map[..self.len * size_of::<T>()])[..],
+            Memory::Map(map) => bytemuck::cast_slice(&map[..self.len * size_of::<T>()]),
             Memory::Vector(vector) => &vector[..self.len],
         }
     }

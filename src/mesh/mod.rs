@@ -2,13 +2,19 @@
 //!
 //! Knows nothing of volumes, kernels or file formats.
 
+mod fans;
 mod measure;
 mod memory;
+#[expect(clippy::module_inception, reason = "the type of the same name")]
+mod mesh;
 mod patch;
+mod topology;
 
 pub use measure::Measure;
 pub use memory::Buffer;
+pub use mesh::Mesh;
 pub use patch::Patch;
+pub use topology::{Defects, Topology};
 
 /// A triangle: three vertex ids, counter-clockwise seen from outside.
 pub type Triangle = [u32; 3];

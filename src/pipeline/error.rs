@@ -19,10 +19,14 @@ pub enum RunError {
     #[error(transparent)]
     Place(#[from] PlaceError),
     /// No triangle: nothing in the volume reaches the iso value.
-    #[error("no value reaches the iso value {iso}")]
+    #[error("there is no surface at the iso value {iso}{}", described(*.range, *.open))]
     IsoNotReached {
         /// The level asked for.
         iso: f64,
+        /// The least and the greatest value, where they were looked at.
+        range: Option<(f64, f64)>,
+        /// Whether the cap was left out.
+        open: bool,
     },
     /// More than a mesh file can count.
     #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]
@@ -38,6 +42,17 @@ pub enum RunError {
     /// A mistake of the program itself.
     #[error("internal error: {0}")]
     Internal(&'static str),
+}
+
+/// The part of a message that tells the range.
+fn described(range: Option<(f64, f64)>, open: bool) -> String {
+    match range {
+        Some((low, high)) => {
+            let open = if open { ", without the cap (--open)" } else { "" };
+            format!(": the values are {low} to {high}{open}")
+        }
+        None => String::new(),
+    }
 }
 
 impl Failure for RunError {

@@ -87,25 +87,24 @@ fn into_memory<T: Classify>(
     let most = most_possible(dims);
     let reserved =
         Buffer::reserve(most.n_vertices as usize).zip(Buffer::reserve(most.n_triangles as usize));
-    let (mut vertices, mut triangles) = match reserved {
-        Some(reserved) => reserved,
-        None => {
-            let mut output = Counter;
-            let surfaces = vec![(kernel.clone(), &mut output)];
-            let totals = total(run(Planes::Resident(volume), dims, surfaces, options)?);
-            let n = |n: u64| n as usize;
-            (Buffer::zeroed(n(totals.n_vertices)), Buffer::zeroed(n(totals.n_triangles)))
-        }
+    let (mut vertices, mut triangles) = if let Some(reserved) = reserved {
+        reserved
+    } else {
+        let mut counter = Counter;
+        let surfaces = vec![(kernel.clone(), &mut counter)];
+        let totals = total(&run(Planes::Resident(volume), dims, surfaces, options)?);
+        let n = |n: u64| n as usize;
+        (Buffer::zeroed(n(totals.n_vertices)), Buffer::zeroed(n(totals.n_triangles)))
     };
     let mut output = InMemory { rest: Some((&mut vertices, &mut triangles)) };
     let surfaces = vec![(kernel.clone(), &mut output)];
-    let totals = total(run(Planes::Resident(volume), dims, surfaces, options)?);
+    let totals = total(&run(Planes::Resident(volume), dims, surfaces, options)?);
     vertices.truncate(totals.n_vertices as usize);
     triangles.truncate(totals.n_triangles as usize);
     Ok(Surface { vertices, triangles })
 }
 
-fn total(outcome: Outcome) -> Totals {
+fn total(outcome: &Outcome) -> Totals {
     outcome.totals.first().copied().unwrap_or_default()
 }
 

@@ -66,7 +66,7 @@ fn extract_typed<T: Classify>(
     for ((rule, totals), output) in rules.iter().zip(&outcome.totals).zip(outputs) {
         let (sink, measure) = output.into_inner();
         if totals.n_triangles == 0 {
-            return Err(RunError::IsoNotReached { iso: rule.iso });
+            return Err(RunError::IsoNotReached { iso: rule.iso, range: None, open: rule.open });
         }
         sink.finish(totals.n_vertices, totals.n_triangles)?;
         let spent = outcome.spent;

@@ -42,7 +42,7 @@ impl MeshFile {
     /// # Errors
     /// The path is a folder, its folder is missing, or the system does not let it be written.
     pub fn create(path: &Path, options: &MeshOptions) -> Result<Self, SinkError> {
-        Self::start(Target::create(path)?, options)
+        Self::start(Target::create(path)?, *options)
     }
 
     /// Starts a file that goes to standard output when it is whole.
@@ -50,10 +50,10 @@ impl MeshFile {
     /// # Errors
     /// There is no room for a temporary file.
     pub fn stdout(options: &MeshOptions) -> Result<Self, SinkError> {
-        Self::start(Target::stdout()?, options)
+        Self::start(Target::stdout()?, *options)
     }
 
-    fn start(target: Target, options: &MeshOptions) -> Result<Self, SinkError> {
+    fn start(target: Target, options: MeshOptions) -> Result<Self, SinkError> {
         let layout = options.layout();
         let file = target.file().try_clone().map_err(SinkError::Io)?;
         let mut out = BufWriter::with_capacity(WRITE_BYTES, file);
@@ -68,7 +68,7 @@ impl MeshFile {
         Ok(Self {
             target,
             layout,
-            options: *options,
+            options,
             out,
             faces,
             n_vertex_bytes: 0,

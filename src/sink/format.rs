@@ -74,7 +74,7 @@ impl MeshOptions {
     }
 
     /// The layout of the file.
-    pub(super) fn layout(&self) -> Box<dyn Layout> {
+    pub(super) fn layout(self) -> Box<dyn Layout> {
         match self.format {
             Format::Stl => Box::new(StlEncoder::new(self)),
             Format::Ply => Box::new(PlyEncoder::new(self)),

@@ -1,5 +1,6 @@
 //! Wavefront OBJ: text, vertices counted from 1.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::format::{Layout, MeshOptions};
@@ -16,23 +17,24 @@ pub(super) struct ObjEncoder {
 }
 
 impl ObjEncoder {
-    pub(super) fn new(options: &MeshOptions) -> Self {
+    pub(super) fn new(options: MeshOptions) -> Self {
         Self { normals: options.normals, space: options.space }
     }
 }
 
 impl Encoder for ObjEncoder {
-    fn encode(&self, patch: &Patch, out: &mut Encoded) {
+    fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
         let mut line = Line::new();
         let mut normals = patch.own_normals().iter();
-        for &vertex in patch.own_vertices() {
+        let vertices = if triangles.start == 0 { patch.own_vertices() } else { &[] };
+        for &vertex in vertices {
             line.word(b"v").floats(vertex).end(&mut out.vertices);
             if self.normals {
                 let normal = normals.next().copied().unwrap_or_default();
                 line.word(b"vn").floats(normal).end(&mut out.vertices);
             }
         }
-        for triangle in &patch.triangles {
+        for triangle in &patch.triangles[triangles] {
             line.word(b"f");
             for &id in triangle {
                 let number = id.saturating_add(1);

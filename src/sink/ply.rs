@@ -4,6 +4,7 @@
 //! keep its length the same for all of them. Bodies are laid out here: per element, the library's
 //! typed writer looks up each property by name, and that takes several times as long.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use ply_rs::ply::{
@@ -15,7 +16,7 @@ use super::format::{Layout, MeshOptions};
 use super::text::Line;
 use super::{Encoded, Encoder};
 use crate::geom::Space;
-use crate::mesh::{Patch, Position};
+use crate::mesh::{Patch, Position, Triangle};
 
 /// Bytes of one binary face: how many corners, and three ids.
 const FACE: usize = 13;
@@ -35,18 +36,21 @@ pub(super) struct PlyEncoder {
 }
 
 impl PlyEncoder {
-    pub(super) fn new(options: &MeshOptions) -> Self {
+    pub(super) fn new(options: MeshOptions) -> Self {
         Self { ascii: options.ascii, normals: options.normals, space: options.space }
     }
 }
 
 impl Encoder for PlyEncoder {
-    fn encode(&self, patch: &Patch, out: &mut Encoded) {
+    fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
+        let vertices = if triangles.start == 0 { patch.own_vertices() } else { &[] };
+        let triangles = &patch.triangles[triangles];
         match (self.ascii, self.normals) {
-            (true, normals) => text(patch, normals, out),
+            (true, false) => text(vertices, &[], triangles, out),
+            (true, true) => text(vertices, patch.own_normals(), triangles, out),
             (false, false) => {
-                flat::<3, 12>(patch.own_vertices(), |&v| v, &mut out.vertices);
-                faces(patch, &mut out.faces);
+                flat::<3, 12>(vertices, |&v| v, &mut out.vertices);
+                faces(triangles, &mut out.faces);
             }
             (false, true) => {
                 let mut normals = patch.own_normals().iter();
@@ -54,8 +58,8 @@ impl Encoder for PlyEncoder {
                     let [nx, ny, nz] = normals.next().copied().unwrap_or_default();
                     [x, y, z, nx, ny, nz]
                 };
-                flat::<6, 24>(patch.own_vertices(), both, &mut out.vertices);
-                faces(patch, &mut out.faces);
+                flat::<6, 24>(vertices, both, &mut out.vertices);
+                faces(triangles, &mut out.faces);
             }
         }
     }
@@ -122,10 +126,10 @@ fn flat<const N: usize, const BYTES: usize>(
     }
 }
 
-fn faces(patch: &Patch, out: &mut Vec<u8>) {
-    out.reserve(patch.triangles.len() * FACE);
+fn faces(triangles: &[Triangle], out: &mut Vec<u8>) {
+    out.reserve(triangles.len() * FACE);
     let mut batch = [[3_u8; FACE]; BATCH];
-    for triangles in patch.triangles.chunks(BATCH) {
+    for triangles in triangles.chunks(BATCH) {
         for (record, triangle) in batch.iter_mut().zip(triangles) {
             let (ids, _) = record[1..].as_chunks_mut::<4>();
             for (id, value) in ids.iter_mut().zip(triangle) {
@@ -136,17 +140,18 @@ fn faces(patch: &Patch, out: &mut Vec<u8>) {
     }
 }
 
-fn text(patch: &Patch, with_normals: bool, out: &mut Encoded) {
+/// `normals` is empty where none are written.
+fn text(vertices: &[Position], normals: &[[f32; 3]], triangles: &[Triangle], out: &mut Encoded) {
     let mut line = Line::new();
-    let mut normals = patch.own_normals().iter();
-    for &vertex in patch.own_vertices() {
+    let mut normals = normals.iter();
+    for &vertex in vertices {
         line.floats(vertex);
-        if with_normals {
-            line.floats(normals.next().copied().unwrap_or_default());
+        if let Some(&normal) = normals.next() {
+            line.floats(normal);
         }
         line.end(&mut out.vertices);
     }
-    for triangle in &patch.triangles {
+    for triangle in triangles {
         line.word(b"3");
         for &id in triangle {
             line.integer(id);

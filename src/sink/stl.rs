@@ -4,6 +4,7 @@
 //! and corners, then two bytes of zero). The header begins with the program's name, never with
 //! `solid`, which readers take for text.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::format::{Layout, MeshOptions};
@@ -11,7 +12,7 @@ use super::text::Line;
 use super::{Encoded, Encoder};
 use crate::geom::Space;
 use crate::geom::vec3::{cross, dot, sub};
-use crate::mesh::{Patch, Position};
+use crate::mesh::{Patch, Position, Triangle};
 
 /// Bytes of one binary triangle.
 const RECORD: usize = 50;
@@ -27,17 +28,18 @@ pub(super) struct StlEncoder {
 }
 
 impl StlEncoder {
-    pub(super) fn new(options: &MeshOptions) -> Self {
+    pub(super) fn new(options: MeshOptions) -> Self {
         Self { ascii: options.ascii, space: options.space }
     }
 }
 
 impl Encoder for StlEncoder {
-    fn encode(&self, patch: &Patch, out: &mut Encoded) {
+    fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
+        let triangles = &patch.triangles[triangles];
         if self.ascii {
-            text(patch, &mut out.faces);
+            text(patch, triangles, &mut out.faces);
         } else {
-            binary(patch, &mut out.faces);
+            binary(patch, triangles, &mut out.faces);
         }
     }
 }
@@ -83,10 +85,10 @@ fn normal([a, b, c]: [Position; 3]) -> [f32; 3] {
     }
 }
 
-fn binary(patch: &Patch, out: &mut Vec<u8>) {
-    out.reserve(patch.triangles.len() * RECORD);
+fn binary(patch: &Patch, triangles: &[Triangle], out: &mut Vec<u8>) {
+    out.reserve(triangles.len() * RECORD);
     let mut batch = [[0_u8; RECORD]; BATCH];
-    for triangles in patch.triangles.chunks(BATCH) {
+    for triangles in triangles.chunks(BATCH) {
         for (record, &triangle) in batch.iter_mut().zip(triangles) {
             let corners = patch.corners(triangle);
             let (numbers, _) = record.as_chunks_mut::<4>();
@@ -99,9 +101,9 @@ fn binary(patch: &Patch, out: &mut Vec<u8>) {
     }
 }
 
-fn text(patch: &Patch, out: &mut Vec<u8>) {
+fn text(patch: &Patch, triangles: &[Triangle], out: &mut Vec<u8>) {
     let mut line = Line::new();
-    for &triangle in &patch.triangles {
+    for &triangle in triangles {
         let corners = patch.corners(triangle);
         line.word(b"facet normal").floats(normal(corners)).end(out);
         out.extend_from_slice(b"outer loop\n");

@@ -89,6 +89,9 @@ pub enum SourceError {
     /// A buffer that is not one contiguous plane.
     #[error("internal error: a plane buffer is not contiguous")]
     PlaneBuffer,
+    /// A DICOM file or series.
+    #[error(transparent)]
+    Dicom(Box<super::dicom::DicomError>),
     /// Anything else: a stable kind, one line, and perhaps a hint. For layers whose own enums give
     /// the values; not to be used where a variant says more.
     #[error("{message}")]
@@ -123,6 +126,7 @@ impl Failure for SourceError {
             }
             Self::GzipDamaged { .. } => Kind::CorruptCompression,
             Self::PlaneBuffer => Kind::Internal,
+            Self::Dicom(e) => e.kind(),
             Self::Other { kind, .. } => *kind,
         }
     }
@@ -142,6 +146,7 @@ impl Failure for SourceError {
             }
             Self::Nifti(e) => return e.hint(),
             Self::Raw(e) => return e.hint(),
+            Self::Dicom(e) => return e.hint(),
             Self::Other { hint, .. } => return hint.clone(),
             _ => return None,
         };

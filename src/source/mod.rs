@@ -4,6 +4,7 @@
 //! It never holds the volume. Decompression, DICOM decoding and byte swapping happen here; later
 //! steps (crop, blur, a formula) wrap a source and are sources themselves.
 
+pub mod dicom;
 mod error;
 mod file;
 mod gunzip;

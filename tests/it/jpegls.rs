@@ -1,1 +1,1 @@
-//! The JPEG-LS decoder, against CharLS.
+//! The JPEG-LS decoder, against `CharLS`.

@@ -1,14 +1,19 @@
 //! The one integration binary: each module is a list of promises about one part of mcubes, seen
 //! through the public library or the command.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test stops so")]
+#![allow(clippy::trivially_copy_pass_by_ref, reason = "two-letter words in tests")]
+#![allow(unreachable_pub, reason = "one crate, shared helpers")]
 
 #[path = "../support/mod.rs"]
 mod support;
 
 mod cli;
 mod dicom;
+mod dicom_hostile;
+mod dicom_synthetic;
 mod jpegls;
 mod nifti;
+mod nifti_hostile;
 mod order;
 mod raw;
 mod readers;

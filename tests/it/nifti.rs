@@ -157,3 +157,29 @@ fn letters_of_oblique_and_sheared_affines_are_nibabels() {
     }
     assert_eq!(all.len(), 240);
 }
+
+/// A second reader, for what it can read: NIfTI-1 with little to go wrong.
+#[test]
+fn headers_agree_with_the_nifti_crate() {
+    use nifti::NiftiHeader;
+    let mut n = 0;
+    for entry in of_status("good") {
+        let Ok(theirs) = NiftiHeader::from_file(entry.path()) else { continue };
+        let meta = &source::volumes(&entry.path()).unwrap()[0];
+        let dims = meta.grid.dims.to_array();
+        for d in 0..usize::from(theirs.dim[0]).min(3) {
+            assert_eq!(dims[d], usize::from(theirs.dim[d + 1]), "{}", entry.name);
+        }
+        assert_eq!(meta.stored.size() * 8, usize::try_from(theirs.bitpix).unwrap());
+        if theirs.sform_code > 0 && theirs.xyzt_units & 7 == 2 {
+            let rows = [theirs.srow_x, theirs.srow_y, theirs.srow_z].map(|r| r.map(f64::from));
+            assert_eq!(meta.grid.affine.rows(), &rows, "{}", entry.name);
+        }
+        if theirs.scl_slope.is_normal() {
+            assert_eq!(meta.rescale.slope(), f64::from(theirs.scl_slope), "{}", entry.name);
+            assert_eq!(meta.rescale.inter(), f64::from(theirs.scl_inter), "{}", entry.name);
+        }
+        n += 1;
+    }
+    assert!(n > 50, "{n} headers");
+}

@@ -1,1 +1,464 @@
-//! Mesh files read back, and their topology.
+//! Mesh files read back for `check`, and what is said of them.
+
+use std::fs;
+use std::path::PathBuf;
+
+use mcubes::Kind;
+use mcubes::mesh::{Defects, Mesh, Topology};
+use mcubes::reader;
+
+const CUBE: [[u32; 3]; 12] = [
+    [0, 2, 1],
+    [1, 2, 3], // z = 0
+    [4, 5, 6],
+    [5, 7, 6], // z = 1
+    [0, 1, 4],
+    [1, 5, 4], // y = 0
+    [2, 6, 3],
+    [3, 6, 7], // y = 1
+    [0, 4, 2],
+    [2, 4, 6], // x = 0
+    [1, 3, 5],
+    [3, 7, 5], // x = 1
+];
+
+/// A cube of side 1 at `at`; corner c has bit 0 = +x, bit 1 = +y, bit 2 = +z.
+fn corners(at: [f32; 3]) -> Vec<[f32; 3]> {
+    (0..8_u8).map(|c| [0, 1, 2].map(|axis| at[axis as usize] + f32::from(c >> axis & 1))).collect()
+}
+
+fn cube(at: [f32; 3]) -> Mesh {
+    Mesh { vertices: corners(at), normals: Vec::new(), triangles: CUBE.to_vec() }
+}
+
+/// Cubes with their vertices at equal points made one.
+fn cubes(places: &[[f32; 3]]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for &at in places {
+        let cube = cube(at);
+        for triangle in cube.triangles {
+            let ids = triangle.map(|id| {
+                let point = cube.vertices[id as usize];
+                let found = mesh.vertices.iter().position(|&v| v == point);
+                found.unwrap_or_else(|| {
+                    mesh.vertices.push(point);
+                    mesh.vertices.len() - 1
+                }) as u32
+            });
+            mesh.triangles.push(ids);
+        }
+    }
+    mesh
+}
+
+fn sound(mesh: &Mesh, n_components: u64, euler: i64, area: f64, volume: f64) -> Topology {
+    let seen = mesh.topology();
+    assert_eq!(seen.defects, Defects::default());
+    assert!(seen.is_sound(), "{seen:?}");
+    assert_eq!((seen.n_components, seen.euler), (n_components, euler));
+    assert!((seen.area - area).abs() < 1e-9 * area, "{seen:?}");
+    assert!((seen.volume - volume).abs() < 1e-9 * volume, "{seen:?}");
+    seen
+}
+
+#[test]
+fn a_cube_is_sound_with_the_area_and_volume_of_a_cube() {
+    let seen = sound(&cube([0.0; 3]), 1, 2, 6.0, 1.0);
+    assert_eq!((seen.n_vertices, seen.n_triangles), (8, 12));
+    sound(&cubes(&[[0.0; 3], [3.0, 0.0, 0.0]]), 2, 4, 12.0, 2.0);
+}
+
+#[test]
+fn a_small_part_far_from_the_origin_keeps_its_volume() {
+    sound(&cube([-8_000_000.0, 8_000_000.0, 8_000_000.0]), 1, 2, 6.0, 1.0);
+}
+
+#[test]
+fn a_torus_has_euler_number_zero_and_its_fans_hold_many_faces() {
+    let (m, n) = (40_u32, 24_u32);
+    let mut mesh = Mesh::default();
+    for i in 0..m {
+        for j in 0..n {
+            let (u, v) = (f64::from(i) / f64::from(m), f64::from(j) / f64::from(n));
+            let (u, v) = (u * std::f64::consts::TAU, v * std::f64::consts::TAU);
+            let r = 3.0 + v.cos();
+            mesh.vertices.push([r * u.cos(), r * u.sin(), v.sin()].map(|x| x as f32));
+            let id = |i: u32, j: u32| (i % m) * n + j % n;
+            mesh.triangles.push([id(i, j), id(i + 1, j), id(i + 1, j + 1)]);
+            mesh.triangles.push([id(i, j), id(i + 1, j + 1), id(i, j + 1)]);
+        }
+    }
+    let seen = mesh.topology();
+    assert!(seen.is_sound());
+    assert_eq!((seen.euler, seen.n_components), (0, 1));
+    let exact = std::f64::consts::TAU * std::f64::consts::PI * 3.0;
+    assert!((seen.volume / exact - 1.0).abs() < 0.02);
+
+    // A double cone: its tips have fans of 200 faces.
+    let n = 200;
+    let mut cone = Mesh { vertices: vec![[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]], ..Mesh::default() };
+    for i in 0..n {
+        let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+        cone.vertices.push([angle.cos() as f32, angle.sin() as f32, 0.0]);
+        let (a, b) = (2 + i as u32, 2 + (i as u32 + 1) % n as u32);
+        cone.triangles.push([0, a, b]);
+        cone.triangles.push([1, b, a]);
+    }
+    let seen = cone.topology();
+    assert!(seen.is_sound(), "{seen:?}");
+    assert_eq!(seen.euler, 2);
+}
+
+#[test]
+fn an_open_box_is_manifold_with_its_rim_as_boundary() {
+    let mut mesh = cube([0.0; 3]);
+    mesh.triangles.drain(2..4);
+    let seen = mesh.topology();
+    assert!(!seen.closed && seen.manifold && !seen.outward && !seen.is_sound());
+    assert_eq!(seen.defects, Defects { boundary_edges: 4, ..Defects::default() });
+    assert_eq!(seen.euler, 1);
+    assert_eq!(seen.area, 5.0);
+}
+
+#[test]
+fn cubes_that_share_an_edge_share_one_nonmanifold_edge() {
+    let seen = cubes(&[[0.0; 3], [1.0, 1.0, 0.0]]).topology();
+    assert!(seen.closed && !seen.manifold && !seen.is_sound());
+    let expected = Defects { nonmanifold_edges: 1, nonmanifold_vertices: 2, ..Defects::default() };
+    assert_eq!(seen.defects, expected);
+    assert_eq!(seen.n_components, 1);
+    assert!((seen.volume - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn cubes_that_share_a_vertex_have_two_fans_there() {
+    let seen = cubes(&[[0.0; 3], [1.0; 3]]).topology();
+    assert!(seen.closed && !seen.manifold);
+    assert_eq!(seen.defects, Defects { nonmanifold_vertices: 1, ..Defects::default() });
+    assert_eq!((seen.n_components, seen.euler), (1, 3));
+}
+
+#[test]
+fn a_flipped_face_disagrees_along_its_three_edges() {
+    let mut mesh = cube([0.0; 3]);
+    mesh.triangles[7].swap(0, 1);
+    let seen = mesh.topology();
+    assert!(seen.closed && seen.manifold && !seen.outward);
+    assert_eq!(seen.defects, Defects { inconsistent_edges: 3, ..Defects::default() });
+}
+
+#[test]
+fn a_mesh_turned_inside_out_is_not_outward() {
+    let mut mesh = cube([5.0; 3]);
+    for triangle in &mut mesh.triangles {
+        triangle.swap(1, 2);
+    }
+    let seen = mesh.topology();
+    assert_eq!(seen.defects, Defects::default());
+    assert!(seen.closed && seen.manifold && !seen.outward && !seen.is_sound());
+    assert!((seen.volume + 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_cavity_keeps_a_mesh_outward() {
+    let mut mesh = cube([1.0; 3]);
+    let outer = cube([0.0; 3]);
+    mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    mesh.triangles.extend(outer.triangles.iter().map(|t| t.map(|id| id + 8)));
+    mesh.vertices.extend(outer.vertices.iter().map(|v| v.map(|x| x * 3.0)));
+    sound(&mesh, 2, 4, 60.0, 26.0);
+}
+
+#[test]
+fn a_moebius_strip_has_one_boundary_and_cannot_agree_in_winding() {
+    let n = 9_u32;
+    let mut mesh = Mesh::default();
+    for i in 0..n {
+        let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+        for side in [-0.5, 0.5] {
+            let r = 2.0 + side * (angle / 2.0).cos();
+            let point = [r * angle.cos(), r * angle.sin(), side * (angle / 2.0).sin()];
+            mesh.vertices.push(point.map(|x| x as f32));
+        }
+        let (a, b) = (2 * i, 2 * i + 1);
+        let (c, d) = if i + 1 < n { (a + 2, a + 3) } else { (1, 0) };
+        mesh.triangles.push([a, c, b]);
+        mesh.triangles.push([b, c, d]);
+    }
+    let seen = mesh.topology();
+    assert_eq!(seen.euler, 0);
+    assert!(seen.manifold && !seen.closed && !seen.outward);
+    let expected =
+        Defects { boundary_edges: 2 * u64::from(n), inconsistent_edges: 1, ..Defects::default() };
+    assert_eq!(seen.defects, expected);
+}
+
+#[test]
+fn degenerate_duplicate_coincident_unused_and_infinite_are_counted() {
+    let mut mesh = cube([0.0; 3]);
+    mesh.triangles.push([3, 3, 1]);
+    let seen = mesh.topology();
+    assert_eq!(seen.defects, Defects { zero_area_faces: 1, ..Defects::default() });
+    assert!(seen.closed && seen.manifold && seen.outward && !seen.is_sound());
+
+    let mut mesh = cube([0.0; 3]);
+    mesh.triangles.push([2, 1, 0]);
+    let seen = mesh.topology();
+    assert_eq!(seen.defects.duplicate_faces, 1);
+    assert_eq!(seen.defects.nonmanifold_edges, 3);
+
+    let mut mesh = cube([0.0; 3]);
+    mesh.vertices.push([-0.0, 0.0, 1.0]);
+    mesh.vertices.push([f32::INFINITY, f32::NAN, 1.0]);
+    let seen = mesh.topology();
+    let expected = Defects {
+        coincident_vertices: 1,
+        unused_vertices: 2,
+        nonfinite_vertices: 1,
+        ..Defects::default()
+    };
+    assert_eq!(seen.defects, expected);
+    assert_eq!(seen.euler, 2);
+
+    // Three points on one line that is no axis.
+    let line = Mesh {
+        vertices: vec![[0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.4, 0.8, 1.2]],
+        normals: Vec::new(),
+        triangles: vec![[0, 1, 2]],
+    };
+    assert_eq!(line.topology().defects.zero_area_faces, 1);
+
+    let nothing = Mesh::default().topology();
+    assert!(!nothing.closed && !nothing.manifold && !nothing.outward && !nothing.is_sound());
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    }
+
+    fn fails(&self, name: &str, bytes: impl AsRef<[u8]>, kind: Kind, message: &str) {
+        let path = self.file(name, bytes);
+        let error = reader::read(&path).unwrap_err();
+        assert_eq!(error.kind(), kind, "{error}");
+        assert_eq!(error.to_string(), format!("{}: {message}", path.display()));
+    }
+}
+
+const STL_FACET: &str =
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+
+#[test]
+fn stl_corners_at_one_point_become_one_vertex_and_zero_has_no_sign() {
+    let folder = Folder::new();
+    let mut bytes = vec![b' '; 80];
+    bytes[..5].copy_from_slice(b"solid");
+    bytes.extend(12_u32.to_le_bytes());
+    for triangle in CUBE {
+        bytes.extend([0; 12]);
+        for (place, id) in triangle.into_iter().enumerate() {
+            let mut point = corners([0.0; 3])[id as usize];
+            if place == 1 {
+                point = point.map(|x| if x == 0.0 { -0.0 } else { x });
+            }
+            bytes.extend(point.iter().flat_map(|x| x.to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    let mesh = reader::read(&folder.file("cube.stl", &bytes)).unwrap();
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (8, 12));
+    sound(&mesh, 1, 2, 6.0, 1.0);
+    // Under another name too: content decides.
+    assert_eq!(reader::read(&folder.file("cube.ply", &bytes)).unwrap(), mesh);
+
+    bytes[..5].copy_from_slice(b"other");
+    folder.fails(
+        "cut.stl",
+        &bytes[..683],
+        Kind::TruncatedData,
+        "the header counts 12 triangles, which take 684 bytes; there are 683",
+    );
+    bytes[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    folder.fails(
+        "claim.stl",
+        &bytes,
+        Kind::TruncatedData,
+        "the header counts 4294967295 triangles, which take 214748364834 bytes; there are 684",
+    );
+}
+
+#[test]
+fn a_text_stl_is_read_and_one_cut_short_is_refused() {
+    let folder = Folder::new();
+    let whole = format!("solid a b c\r\n{STL_FACET}{}endsolid\n", STL_FACET.to_uppercase());
+    let mesh = reader::read(&folder.file("a.stl", &whole)).unwrap();
+    assert_eq!(mesh.vertices, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 2]]);
+
+    let cut = |word| 12 + STL_FACET.find(word).unwrap();
+    for (end, within) in [
+        (cut("endfacet"), "a facet"),
+        (cut("vertex 0 1") + 8, "line 6"),
+        (12 + STL_FACET.len(), "a solid"),
+    ] {
+        let text = format!("solid a b c\n{STL_FACET}");
+        folder.fails(
+            "cut.stl",
+            &text[..end],
+            Kind::TruncatedData,
+            &format!("the data end within {within}"),
+        );
+    }
+    folder.fails(
+        "words.stl",
+        "solid\nfacet\nouter loop\nvertex 1 2 three\n",
+        Kind::BadHeader,
+        "line 4: expected vertex x y z, found 'vertex 1 2 three'",
+    );
+}
+
+#[test]
+fn obj_ids_count_from_one_or_backwards_and_polygons_become_fans() {
+    let folder = Folder::new();
+    let text = "# a\no x\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n\
+                f 1/1/1 2//1 3/1 4\nf -4 -2 -1\n";
+    let mesh = reader::read(&folder.file("a.obj", text)).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 2, 3]]);
+    assert_eq!(mesh.vertices.len(), 4);
+    assert!(mesh.normals.is_empty());
+
+    let fails = |text: &str, message: &str| folder.fails("b.obj", text, Kind::BadHeader, message);
+    fails("v 0 0 0\nf 1 2 3\n", "face 1 names vertex 3, there are 1");
+    fails("v 0 0 0\nf 0 1 1\n", "face 1 names vertex 0, there are 1");
+    fails("v 0 0 0\nf -2 1 1\n", "face 1 names vertex -2, there are 1");
+    fails("v 0 0 0\nf 1 1\n", "face 1 has 2 corners, expected 3 or more");
+    fails("v 0 0\n#\n", "line 1: expected v x y z, found 'v 0 0'");
+    fails("v 0 0 0\nf 1 a 1\n", "line 2: expected vertex numbers after f, found 'f 1 a 1'");
+    let far = "face 1 names vertex 9223372036854775807, there are 1";
+    fails("v 0 0 0\nf 1 1 9223372036854775807\n", far);
+}
+
+#[test]
+fn ply_of_every_encoding_and_type_gives_the_same_mesh() {
+    let folder = Folder::new();
+    let head = |format: &str, real: &str, list: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment x\nelement vertex 4\nproperty {real} x\n\
+             property {real} y\nproperty uchar red\nproperty {real} z\nelement face 2\n\
+             property list {list} vertex_index\nproperty float q\nelement edge 1\n\
+             property int a\nend_header\n"
+        )
+    };
+    let points = [[0.5_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, -2.0], [0.0, 1.0, 0.25]];
+    let faces = [vec![0_u16, 1, 2, 3], vec![3, 2, 0]];
+
+    let mut text = head("ascii", "float", "uchar int").into_bytes();
+    for [x, y, z] in points {
+        text.extend(format!("{x} {y} 7 {z}\n").bytes());
+    }
+    text.extend(b"\n4 0 1 2 3 1.5\r\n3  3 2 0 2\n9");
+    let mut big = head("binary_big_endian", "double", "ushort ushort").into_bytes();
+    let mut little = head("binary_little_endian", "float", "int uint").into_bytes();
+    for [x, y, z] in points {
+        big.extend([x, y].iter().flat_map(|&x| f64::from(x).to_be_bytes()));
+        big.push(7);
+        big.extend(f64::from(z).to_be_bytes());
+        little.extend([x, y].iter().flat_map(|x| x.to_le_bytes()));
+        little.push(7);
+        little.extend(z.to_le_bytes());
+    }
+    for face in &faces {
+        big.extend((face.len() as u16).to_be_bytes());
+        big.extend(face.iter().flat_map(|id| id.to_be_bytes()));
+        big.extend([0; 4]);
+        little.extend((face.len() as i32).to_le_bytes());
+        little.extend(face.iter().flat_map(|&id| u32::from(id).to_le_bytes()));
+        little.extend([0; 4]);
+    }
+    big.extend([0; 4]);
+    little.extend([0; 4]);
+    for bytes in [&text, &big, &little] {
+        let mesh = reader::read(&folder.file("a.ply", bytes)).unwrap();
+        assert_eq!(mesh.vertices, points);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [3, 2, 0]]);
+        // Cut anywhere, it is refused and never a panic.
+        for end in 0..bytes.len() {
+            let path = folder.file("cut.ply", &bytes[..end]);
+            let error = reader::read(&path).unwrap_err();
+            let kinds = [Kind::TruncatedData, Kind::BadHeader, Kind::UnknownFormat];
+            assert!(kinds.contains(&error.kind()), "{end}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_ply_that_claims_what_is_not_there_is_refused_before_it_is_read() {
+    let folder = Folder::new();
+    let head = |n: &str, m: &str| {
+        format!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex {n}\nproperty float x\n\
+             property float y\nproperty float z\nelement face {m}\n\
+             property list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let mut huge = head("3", "18446744073709551615").into_bytes();
+    huge.extend([0; 36]);
+    let wanted = huge.len() as u128 + u128::from(u64::MAX);
+    folder.fails(
+        "huge.ply",
+        &huge,
+        Kind::TruncatedData,
+        &format!(
+            "the header counts 18446744073709551615 elements face, which take {wanted} bytes; \
+             there are {}",
+            huge.len()
+        ),
+    );
+    let id = |id: i32| {
+        let mut bytes = head("1", "1").into_bytes();
+        bytes.extend([0; 12]);
+        bytes.push(3);
+        bytes.extend([0, 0, id].iter().flat_map(|id| id.to_le_bytes()));
+        bytes
+    };
+    folder.fails("id.ply", id(1), Kind::BadHeader, "face 1 names vertex 1, there are 1");
+    folder.fails("id.ply", id(-1), Kind::BadHeader, "face 1 names vertex -1, there are 1");
+    let points = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+                  property float z\nend_header\n0 0 0\n";
+    folder.fails("points.ply", points, Kind::BadHeader, "there is no element face");
+    let words = points.replace("element vertex 1", "elephant vertex");
+    folder.fails(
+        "words.ply",
+        words,
+        Kind::BadHeader,
+        "the PLY header cannot be read: line 3: couldn't parse line",
+    );
+}
+
+#[test]
+fn what_is_no_mesh_is_said_so() {
+    let folder = Folder::new();
+    let unknown = "is no mesh file: neither STL nor PLY nor OBJ";
+    for (name, bytes) in [
+        ("a", ""),
+        ("a.stl", ""),
+        ("a.txt", "hello\n"),
+        ("a.obj", "# only this\n"),
+        ("a.bin", "\0\0"),
+    ] {
+        folder.fails(name, bytes, Kind::UnknownFormat, unknown);
+    }
+    folder.fails("b.stl", "\0", Kind::TruncatedData, "the data end within the header");
+    let error = reader::read(folder.0.path()).unwrap_err();
+    assert_eq!(error.kind(), Kind::Unreadable);
+    let error = reader::read(&folder.0.path().join("none.stl")).unwrap_err();
+    assert_eq!(error.kind(), Kind::NotFound);
+}

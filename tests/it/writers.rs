@@ -41,7 +41,7 @@ fn write(file: &mut MeshFile, patches: &[Patch]) {
     for patch in patches {
         encoded.vertices.clear();
         encoded.faces.clear();
-        encoder.encode(patch, &mut encoded);
+        encoder.encode(patch, 0..patch.triangles.len(), &mut encoded);
         file.append(&encoded).unwrap();
         n_vertices += patch.own_vertices().len() as u64;
         n_triangles += patch.triangles.len() as u64;
@@ -49,10 +49,10 @@ fn write(file: &mut MeshFile, patches: &[Patch]) {
     file.finish(n_vertices, n_triangles).unwrap();
 }
 
-fn written(options: &MeshOptions, patches: &[Patch]) -> Vec<u8> {
+fn written(options: MeshOptions, patches: &[Patch]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh");
-    let mut file = MeshFile::create(&path, options).unwrap();
+    let mut file = MeshFile::create(&path, &options).unwrap();
     write(&mut file, patches);
     file.commit().unwrap();
     assert_eq!(names(folder.path()), ["mesh"]);
@@ -79,7 +79,7 @@ fn the_format_is_known_by_extension_and_by_name_in_any_case() {
 #[test]
 fn a_binary_stl_has_eighty_bytes_of_header_a_count_and_fifty_bytes_a_triangle() {
     let patches = tetrahedron();
-    let bytes = written(&MeshOptions::new(Format::Stl), &patches);
+    let bytes = written(MeshOptions::new(Format::Stl), &patches);
     assert_eq!(bytes.len(), 84 + 4 * 50);
     assert_eq!(&bytes[..80], format!("{:<80}", "mcubes SPACE=RAS").as_bytes());
     assert_eq!(bytes[80..84], 4_u32.to_le_bytes());
@@ -114,7 +114,7 @@ fn the_space_is_named_as_slicer_reads_it_and_voxel_files_name_none() {
                 (Space::Voxel, None),
             ] {
                 let options = MeshOptions { ascii, space, ..MeshOptions::new(format) };
-                let bytes = written(&options, &tetrahedron());
+                let bytes = written(options, &tetrahedron());
                 let text = String::from_utf8_lossy(&bytes);
                 match tag {
                     Some(tag) => assert_eq!(text.matches(tag).count(), 1, "{options:?}"),

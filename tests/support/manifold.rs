@@ -47,10 +47,9 @@ fn check(vertices: &[Position], triangles: &[Triangle], closed: bool) -> Result<
             fans[apex as usize].push((from, to));
         }
     }
-    if closed {
-        if let Some((edge, _)) = halves.iter().find(|((a, b), _)| !halves.contains_key(&(*b, *a))) {
-            return Err(format!("edge {edge:?} is open"));
-        }
+    let open = halves.keys().find(|(a, b)| !halves.contains_key(&(*b, *a)));
+    if let (true, Some(edge)) = (closed, open) {
+        return Err(format!("edge {edge:?} is open"));
     }
     for (id, fan) in fans.iter().enumerate() {
         if fan.is_empty() {

@@ -4,6 +4,7 @@
 pub mod expected;
 pub mod planes;
 
+pub(crate) mod dicom;
 pub mod manifold;
 
 use std::path::{Path, PathBuf};

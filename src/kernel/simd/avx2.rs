@@ -1,5 +1,6 @@
 //! AVX2: the comparison, emission by two half permutes, and the plain code compiled for BMI.
 
+#[allow(clippy::wildcard_imports, reason = "a list of intrinsics says less than the code")]
 use std::arch::x86_64::*;
 
 use bytemuck::must_cast;

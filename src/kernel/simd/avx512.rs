@@ -1,5 +1,6 @@
 //! AVX-512: comparison into masks, 64 cases at a time, emission by one permute.
 
+#[allow(clippy::wildcard_imports, reason = "a list of intrinsics says less than the code")]
 use std::arch::x86_64::*;
 
 use bytemuck::must_cast;

@@ -1,5 +1,6 @@
 //! SSE2, which every x86-64 processor has: the comparison; the rest is the plain code.
 
+#[allow(clippy::wildcard_imports, reason = "a list of intrinsics says less than the code")]
 use std::arch::x86_64::*;
 
 use bytemuck::must_cast;

@@ -1,0 +1,50 @@
+//! What the fuzz targets share: bytes as a file, and a volume read to its end.
+
+use std::io::{Seek, Write};
+use std::path::Path;
+
+use mcubes::error::Failure;
+use mcubes::source::{Volume, survey};
+use mcubes::{Error, Kind};
+
+/// Planes beyond this are not asked for: a pipeline would refuse them under `--max-memory`.
+const PLANE_BYTES: usize = 64 << 20;
+
+thread_local! {
+    static FILE: tempfile::NamedTempFile = tempfile::NamedTempFile::new().expect("a temporary file");
+}
+
+/// Puts `bytes` into a file and hands over its path.
+pub fn with_file(bytes: &[u8], read: impl FnOnce(&Path)) {
+    FILE.with(|named| {
+        let mut file = named.as_file();
+        file.set_len(0).and_then(|()| file.rewind()).expect("a file that can be emptied");
+        file.write_all(bytes).expect("room for the input");
+        read(named.path());
+    });
+}
+
+/// Reads everything. Errors are fine, as long as none says that the program is wrong.
+pub fn read_all(opened: Result<Volume<'static>, Error>) {
+    let kind = match opened {
+        Ok(volume) => {
+            let meta = &volume.meta;
+            if meta.grid.dims.plane_len().saturating_mul(8) > PLANE_BYTES {
+                return;
+            }
+            assert!(meta.grid.affine.is_usable());
+            match survey(volume) {
+                Ok(survey) => {
+                    let _ = survey.suggested();
+                    return;
+                }
+                Err(error) => error.kind(),
+            }
+        }
+        Err(error) => {
+            assert!(!error.to_string().contains('\n'));
+            error.kind()
+        }
+    };
+    assert_ne!(kind, Kind::Internal);
+}

@@ -1,0 +1,196 @@
+//! What was typed, by clap; `options` says what it means.
+//!
+//! Nothing here looks at files or at two options together.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use super::value;
+use crate::volume::StoredType;
+
+const EXAMPLES: &str = "\
+Examples:
+  mcubes head.nii.gz --iso 300 -o skull.stl        a CT head's bone
+  mcubes study/ --iso 300 -o skull.ply             a DICOM folder's largest series
+  mcubes brain.nii --iso 0.5 --space lps -o b.obj  for a viewer that wants LPS
+  mcubes scan.raw --dims 512x512x90 --type i16 --spacing 0.7x0.7x2.5 --iso 300 -o s.stl
+  mcubes info head.nii.gz                          what a file holds, and which iso to take
+
+Exit status: 0 done, 1 something failed, 2 wrong use, 130 interrupted.
+An input that is called like a command is written ./info.";
+
+/// Turns medical volumes (NIfTI, DICOM, raw) into closed, manifold surface meshes.
+#[derive(Parser, Debug)]
+#[command(name = "mcubes", version, after_help = EXAMPLES)]
+#[command(args_conflicts_with_subcommands = true, max_term_width = 100)]
+#[command(override_usage = "mcubes INPUT --iso V -o OUT [OPTIONS]\n       mcubes <COMMAND> ...")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) extract: ExtractArgs,
+    #[command(flatten)]
+    pub(crate) common: CommonArgs,
+}
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// Show what an input holds: sizes, place, range, histogram, iso values to try
+    Info(InfoArgs),
+    /// Verify that meshes are closed, manifold and wound outward
+    Check(CheckArgs),
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CommonArgs {
+    /// Print errors only
+    #[arg(short, long, global = true, help_heading = "General")]
+    pub(crate) quiet: bool,
+    /// Print what is done and the time of each stage
+    #[arg(short, long, global = true, conflicts_with = "quiet", help_heading = "General")]
+    pub(crate) verbose: bool,
+    /// Colour in messages [default: auto]
+    #[arg(long, global = true, value_name = "WHEN", help_heading = "General")]
+    pub(crate) color: Option<When>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct ExtractArgs {
+    /// A NIfTI, DICOM or raw file, a DICOM folder or zip, or - for raw data from standard input
+    #[arg(value_name = "INPUT")]
+    pub(crate) input: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) surface: SurfaceArgs,
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    /// Threads of work in all [default: all processors]
+    #[arg(long, value_name = "N", help_heading = "General")]
+    pub(crate) threads: Option<usize>,
+}
+
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Surface")]
+pub(crate) struct SurfaceArgs {
+    /// Iso value in real units (HU for CT)
+    #[arg(long, value_name = "V", value_parser = value::finite, allow_negative_numbers = true)]
+    pub(crate) iso: Option<f64>,
+    /// Inside is below the iso value
+    #[arg(long)]
+    pub(crate) invert: bool,
+    /// Leave the surface open where it leaves the volume
+    #[arg(long)]
+    pub(crate) open: bool,
+}
+
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct OutputArgs {
+    /// Mesh file (.stl, .ply, .obj), or - for standard output
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: Option<PathBuf>,
+    /// File format [default: by the extension; stl for -]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<FormatArg>,
+    /// Write STL or PLY as text
+    #[arg(long)]
+    pub(crate) ascii: bool,
+    /// Coordinates: ras or lps in mm, voxel indices [default: ras]
+    #[arg(long, value_name = "SPACE")]
+    pub(crate) space: Option<SpaceArg>,
+    /// Report as JSON on standard output, one object a line
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Which volume of an input, and how a raw one is laid out.
+#[derive(Args, Debug, Default)]
+pub(crate) struct ReadingArgs {
+    /// Volume of a 4-D file, from 1 [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Input")]
+    pub(crate) volume: Option<usize>,
+    /// DICOM series: its number in `mcubes info`, or its UID [default: the largest]
+    #[arg(long, value_name = "N|UID", help_heading = "Input")]
+    pub(crate) series: Option<String>,
+    /// Gaps where DICOM slices are missing: refuse them, or span them [default: refuse]
+    #[arg(long, value_name = "GAPS", help_heading = "Input")]
+    pub(crate) gaps: Option<GapsArg>,
+    /// Samples along x (fastest), y, z; says that the input is raw
+    #[arg(long, value_name = "XxYxZ", value_parser = value::dims, help_heading = "Raw input")]
+    pub(crate) dims: Option<[i64; 3]>,
+    /// u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64
+    #[arg(long = "type", value_name = "TYPE", value_parser = value::stored_type)]
+    #[arg(help_heading = "Raw input")]
+    pub(crate) stored: Option<StoredType>,
+    /// Byte order [default: little]
+    #[arg(long, value_name = "ORDER", help_heading = "Raw input")]
+    pub(crate) endian: Option<EndianArg>,
+    /// Millimetres between samples [default: 1x1x1]
+    #[arg(long, value_name = "XxYxZ", value_parser = value::spacing, help_heading = "Raw input")]
+    #[arg(allow_hyphen_values = true)]
+    pub(crate) spacing: Option<[f64; 3]>,
+    /// Centre of the first sample, RAS mm [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = value::point, help_heading = "Raw input")]
+    #[arg(allow_hyphen_values = true)]
+    pub(crate) origin: Option<[f64; 3]>,
+    /// Bytes before the first sample [default: 0]
+    #[arg(long, value_name = "BYTES", help_heading = "Raw input")]
+    pub(crate) offset: Option<u64>,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct InfoArgs {
+    /// A NIfTI, DICOM or raw file, or a DICOM folder or zip
+    #[arg(value_name = "INPUT", required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
+    /// Report as JSON on standard output, one object a line
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct CheckArgs {
+    /// Mesh files: STL, PLY or OBJ
+    #[arg(value_name = "MESH", required = true)]
+    pub(crate) meshes: Vec<PathBuf>,
+    /// Report as JSON on standard output, one object a line
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum When {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FormatArg {
+    Stl,
+    Ply,
+    Obj,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SpaceArg {
+    Ras,
+    Lps,
+    Voxel,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GapsArg {
+    Refuse,
+    Span,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum EndianArg {
+    Little,
+    Big,
+}

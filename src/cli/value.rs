@@ -1,0 +1,69 @@
+//! Values as they are typed: numbers, sizes, lists, ranges.
+//!
+//! Each parser takes one argument and says in one line what it wanted. Nothing here looks at other
+//! options or at files.
+
+use crate::volume::StoredType;
+
+/// One finite number.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("{text:?} is not a finite number")),
+    }
+}
+
+/// One finite number above zero.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
+}
+
+/// Three numbers, written `1x2x3` or `1,2,3`.
+fn three<T>(text: &str, one: impl Fn(&str) -> Result<T, String>) -> Result<[T; 3], String> {
+    let parts: Vec<&str> = text.split(['x', 'X', ',']).collect();
+    let found = parts.len();
+    let parts: [&str; 3] =
+        parts.try_into().map_err(|_| format!("expected three numbers, found {found}"))?;
+    let [a, b, c] = parts.map(one);
+    Ok([a?, b?, c?])
+}
+
+/// `XxYxZ`: three whole numbers of at least 1.
+pub(crate) fn dims(text: &str) -> Result<[i64; 3], String> {
+    three(text, |t| match t.trim().parse::<i64>() {
+        Ok(n) if n >= 1 => Ok(n),
+        _ => Err(format!("{t:?} is not a whole number of at least 1")),
+    })
+}
+
+/// `XxYxZ` in millimetres, each above zero.
+pub(crate) fn spacing(text: &str) -> Result<[f64; 3], String> {
+    three(text, positive)
+}
+
+/// `X,Y,Z` in millimetres.
+pub(crate) fn point(text: &str) -> Result<[f64; 3], String> {
+    three(text, finite)
+}
+
+/// A stored type by its word.
+pub(crate) fn stored_type(text: &str) -> Result<StoredType, String> {
+    StoredType::ALL.into_iter().find(|t| t.as_str() == text).ok_or_else(|| {
+        let words: Vec<&str> = StoredType::ALL.iter().map(|t| t.as_str()).collect();
+        format!("expected one of {}", words.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triples_are_checked() {
+        assert_eq!(dims("3x4x5"), Ok([3, 4, 5]));
+        assert!(dims("3x0x5").is_err());
+        assert!(dims("3x4").is_err());
+        assert!(spacing("1x1x0").is_err());
+        assert!(point("0,nan,1").is_err());
+    }
+}

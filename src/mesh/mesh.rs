@@ -1,0 +1,35 @@
+//! A whole mesh in memory.
+
+use super::{Patch, Position, Topology, Triangle};
+
+/// Vertices and the triangles that share them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Positions, in the coordinates of the file or run that they come from.
+    pub vertices: Vec<Position>,
+    /// One normal a vertex, in step with `vertices`; empty where there are none.
+    pub normals: Vec<[f32; 3]>,
+    /// Three indices into `vertices` each, counter-clockwise seen from outside.
+    pub triangles: Vec<Triangle>,
+}
+
+impl Mesh {
+    /// What holds for it as a surface.
+    ///
+    /// # Panics
+    /// A triangle names a vertex that is not there.
+    pub fn topology(&self) -> Topology {
+        Topology::of(&self.vertices, &self.triangles)
+    }
+
+    /// The whole mesh as one patch, for an encoder.
+    pub fn into_patch(self) -> Patch {
+        Patch {
+            first_id: 0,
+            n_ghosts: 0,
+            vertices: self.vertices,
+            normals: self.normals,
+            triangles: self.triangles,
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! One candidate volume: its frames in order, what is known of it, and what stands in its way.
+
+use super::error::{DicomError, FileFault};
+use super::instance::Instance;
+use super::order::{self, ArrangeError, Arranged, Missing};
+use super::pixels::Pixels;
+use super::series::{self, FrameRef, Group};
+use super::syntax;
+use crate::geom::Grid;
+use crate::geom::vec3::Vec3;
+use crate::volume::{Format, Meta, Note, Padding, Rescale, SeriesFacts};
+
+/// Slices added at most to a segmentation that leaves out empty frames.
+const MOST_FILLED: usize = 1 << 16;
+
+/// A volume that a study holds, or nearly holds.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// From 1, as `--series` counts.
+    pub number: usize,
+    /// Modality (CT, MR, ...).
+    pub modality: Option<String>,
+    /// The series it is part of.
+    pub series: SeriesFacts,
+    /// What sets it apart from other volumes of the same series, in words.
+    pub apart: Option<String>,
+    /// Columns, rows, slices.
+    pub dims: [usize; 3],
+    /// All that is known, where the images have a place. Present for volumes that are refused for
+    /// a gap, too.
+    pub meta: Option<Meta>,
+    /// Why it cannot be meshed, if so.
+    pub problem: Option<DicomError>,
+    /// Whether it is a segmentation (0 and 1; the surface is at 0.5).
+    pub is_segmentation: bool,
+    pub(super) frames: Vec<FrameRef>,
+    pub(super) uniform: bool,
+}
+
+impl Candidate {
+    /// What `problem` there is, given whether gaps are to be spanned.
+    pub(super) fn obstacle(&self, span_gaps: bool) -> Option<&DicomError> {
+        self.problem
+            .as_ref()
+            .filter(|p| !(span_gaps && matches!(p, DicomError::MissingSlices { .. })))
+    }
+
+    /// Whether it has slices in space, whatever else is wrong with it.
+    pub(super) fn is_plausible(&self) -> bool {
+        self.meta.is_some()
+    }
+
+    /// A line for lists: number, series, size.
+    pub fn title(&self) -> String {
+        let [nx, ny, nz] = self.dims;
+        let mut parts = Vec::new();
+        parts.extend(self.modality.clone());
+        parts.extend(self.series.number.as_ref().map(|n| format!("series {n}")));
+        parts.extend(self.series.description.as_ref().map(|d| format!("\"{d}\"")));
+        parts.extend(self.apart.clone());
+        format!("{} ({}), {nx} x {ny} x {nz}", self.number, parts.join(", "))
+    }
+}
+
+/// Makes a candidate of a group that is split as far as it goes. Its number is given later.
+pub(super) fn assess(mut group: Group, instances: &[Instance]) -> Option<Candidate> {
+    let n_images = group.frames.len();
+    let (first, _) = group.frames.first()?.get(instances)?;
+    let runs = series::sort(&mut group, instances);
+    let mut notes = Vec::new();
+    let (frames, doubles) = drop_doubles(&group, &runs, instances, &mut notes);
+    let mut candidate = Candidate {
+        number: 0,
+        modality: first.modality.clone(),
+        series: facts(&group, instances, n_images),
+        apart: (!group.apart.is_empty()).then(|| group.apart.join(", ")),
+        dims: [first.layout.cols, first.layout.rows, frames.len()],
+        meta: None,
+        problem: None,
+        is_segmentation: first.is_segmentation,
+        frames,
+        uniform: true,
+    };
+    candidate.problem = place(&mut candidate, &group, instances, notes);
+    if candidate.problem.is_none() || candidate.obstacle(true).is_none() {
+        let file = file_problem(&candidate, instances);
+        candidate.problem = file.or(doubles).or(candidate.problem);
+    }
+    Some(candidate)
+}
+
+fn facts(group: &Group, instances: &[Instance], n_images: usize) -> SeriesFacts {
+    let first = group.frames.first().and_then(|r| r.get(instances)).map(|(i, _)| i);
+    let mut transfer_syntaxes: Vec<String> =
+        group.frames.iter().filter_map(|r| Some(r.get(instances)?.0.syntax.clone())).collect();
+    transfer_syntaxes.sort();
+    transfer_syntaxes.dedup();
+    SeriesFacts {
+        uid: first.map(|i| i.series_uid.clone()).unwrap_or_default(),
+        number: first.and_then(|i| i.series_number.clone()),
+        description: first.and_then(|i| i.description.clone()),
+        n_images,
+        tilt_degrees: 0.0,
+        transfer_syntaxes,
+    }
+}
+
+/// Finds a candidate's geometry, or why it has none.
+fn place(
+    candidate: &mut Candidate,
+    group: &Group,
+    instances: &[Instance],
+    notes: Vec<Note>,
+) -> Option<DicomError> {
+    let (first, _) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
+    if first.is_mosaic {
+        let what = "a Siemens mosaic: one picture holds a whole volume as tiles".to_owned();
+        return Some(DicomError::NotSlices { what });
+    }
+    let Some(facing) = group.facing else {
+        candidate.dims[2] = group.frames.len();
+        return Some(no_geometry(group, instances));
+    };
+    let positions: Vec<Vec3> =
+        candidate.frames.iter().filter_map(|r| r.get(instances)?.1.position).collect();
+    let arranged = order::arrange(&facing, &positions, first.slice_spacing);
+    let arranged = match arranged {
+        Ok(Arranged { missing: Some(missing), .. })
+            if first.is_segmentation && missing.count <= MOST_FILLED =>
+        {
+            // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
+            let filled = missing.fill(&positions, &mut candidate.frames, FrameRef::EMPTY);
+            candidate.dims[2] = filled.len();
+            order::arrange(&facing, &filled, first.slice_spacing)
+        }
+        arranged => arranged,
+    };
+    let arranged = match arranged {
+        Ok(arranged) => arranged,
+        Err(ArrangeError::TooFew) => {
+            let (images, name) = (group.frames.len(), first.name.clone());
+            return Some(DicomError::TooFew { images, name });
+        }
+        Err(ArrangeError::Flat) => {
+            let what = "positions and orientation give no volume".to_owned();
+            return Some(DicomError::NoGeometry { what, names: first.name.clone() });
+        }
+        Err(ArrangeError::Dims(error)) => {
+            let fault = FileFault::Dims(error);
+            return Some(DicomError::File { name: first.name.clone(), fault, more: 0 });
+        }
+    };
+    candidate.series.tilt_degrees = arranged.tilt_degrees;
+    let missing = arranged.missing;
+    let meta = meta(candidate, arranged.grid, arranged.gaps_mm, first, instances, notes);
+    candidate.meta = Some(meta);
+    missing.map(|m| missing_error(&m, candidate, instances, String::new()))
+}
+
+/// The error for missing slices, with the names of the files around each gap.
+fn missing_error(
+    missing: &Missing,
+    candidate: &Candidate,
+    instances: &[Instance],
+    faults: String,
+) -> DicomError {
+    let name = |k: usize| {
+        candidate.frames.get(k).and_then(|r| r.get(instances)).map_or_else(String::new, frame_name)
+    };
+    missing.error(name, faults)
+}
+
+/// A frame's name: the file's, with the frame's number from 1 where the file has several.
+fn frame_name((instance, frame): (&Instance, &super::instance::Frame)) -> String {
+    if instance.n_frames > 1 {
+        format!("{} frame {}", instance.name, frame.index + 1).trim_start().to_owned()
+    } else {
+        instance.name.clone()
+    }
+}
+
+fn meta(
+    candidate: &mut Candidate,
+    grid: Grid,
+    gaps_mm: Option<Vec<f64>>,
+    first: &Instance,
+    instances: &[Instance],
+    mut notes: Vec<Note>,
+) -> Meta {
+    let all: Vec<_> = candidate.frames.iter().filter_map(|r| r.get(instances)).collect();
+    let scale = all.first().map(|(_, f)| (f.slope, f.inter));
+    let padding = all.first().map(|(i, _)| i.padding);
+    let same_scale = all.iter().all(|(_, f)| Some((f.slope, f.inter)) == scale);
+    candidate.uniform = same_scale && all.iter().all(|(i, _)| Some(i.padding) == padding);
+    let rescale = scale.filter(|_| candidate.uniform).and_then(|(s, i)| Rescale::new(s, i));
+    if let Some(gaps) = &gaps_mm {
+        let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = gaps.iter().copied().fold(0.0, f64::max);
+        notes.push(Note::Other(format!(
+            "the slices are unevenly spaced ({least:.2} to {most:.2} mm): each is meshed where it lies"
+        )));
+    }
+    let description = [candidate.series.description.clone(), candidate.apart.clone()];
+    let description = description.into_iter().flatten().collect::<Vec<_>>().join(", ");
+    Meta {
+        rescale: rescale.unwrap_or(Rescale::IDENTITY),
+        padding: padding
+            .flatten()
+            .filter(|_| candidate.uniform)
+            .map(|(low, high)| Padding { low: low as f64, high: high as f64 }),
+        modality: candidate.modality.clone(),
+        series: Some(candidate.series.clone()),
+        gaps_mm,
+        description: (!description.is_empty()).then_some(description),
+        notes,
+        ..Meta::plain(Format::Dicom, grid, first.layout.stored_type())
+    }
+}
+
+fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
+    let mut what = Vec::new();
+    let all: Vec<_> = group.frames.iter().filter_map(|r| r.get(instances)).collect();
+    let mut absent = |name: &str, is: bool| {
+        if is {
+            what.push(name.to_owned());
+        }
+    };
+    absent("ImagePositionPatient", all.iter().any(|(_, f)| f.position.is_none()));
+    absent("ImageOrientationPatient", all.iter().any(|(_, f)| f.orientation.is_none()));
+    absent("PixelSpacing", all.iter().any(|(_, f)| f.spacing.is_none()));
+    let mut names: Vec<&str> = all.iter().map(|(i, _)| i.name.as_str()).collect();
+    names.dedup();
+    let more = names.len().saturating_sub(3);
+    names.truncate(3);
+    let mut names = names.join(", ");
+    if more > 0 {
+        names = format!("{names} and {more} more");
+    }
+    DicomError::NoGeometry { what: format!("no {}", what.join(", no ")), names }
+}
+
+/// Keeps one frame a position. Doubles of the same samples are dropped with a note; different
+/// images at one position are an error.
+fn drop_doubles(
+    group: &Group,
+    runs: &[std::ops::Range<usize>],
+    instances: &[Instance],
+    notes: &mut Vec<Note>,
+) -> (Vec<FrameRef>, Option<DicomError>) {
+    if runs.is_empty() {
+        return (group.frames.clone(), None);
+    }
+    let mut kept = Vec::new();
+    let mut dropped = Vec::new();
+    let mut conflicts = Vec::new();
+    for run in runs {
+        let mut same = group.frames.get(run.clone()).unwrap_or_default().iter().copied();
+        let Some(mut best) = same.next() else { continue };
+        for other in same {
+            let (Some(a), Some(b)) = (best.get(instances), other.get(instances)) else { continue };
+            if a.0.fault.is_some() && b.0.fault.is_none() {
+                dropped.push(frame_name(a));
+                best = other;
+            } else if b.0.fault.is_some() || Pixels::same_frame(a, b) {
+                dropped.push(frame_name(b));
+            } else {
+                conflicts.push(format!("{} and {}", frame_name(a), frame_name(b)));
+            }
+        }
+        kept.push(best);
+    }
+    if !dropped.is_empty() {
+        let count = dropped.len();
+        let s = if count == 1 { "" } else { "s" };
+        let first = dropped.first().cloned().unwrap_or_default();
+        notes.push(Note::Other(format!("{count} double image{s} left out ({first})")));
+    }
+    let count = conflicts.len();
+    let problem = (count > 0).then(|| {
+        conflicts.truncate(3);
+        DicomError::Conflict { count, names: conflicts.join(", ") }
+    });
+    (kept, problem)
+}
+
+/// The first fault among the files that make up a candidate.
+fn file_problem(candidate: &Candidate, instances: &[Instance]) -> Option<DicomError> {
+    let mut faults = Vec::new();
+    let mut seen = None;
+    for reference in &candidate.frames {
+        if seen == Some(reference.instance) {
+            continue;
+        }
+        seen = Some(reference.instance);
+        let Some((instance, _)) = reference.get(instances) else { continue };
+        if let Some(fault) = &instance.fault {
+            faults.push((instance.name.clone(), fault.clone()));
+        } else if instance.has_modality_lut {
+            let fault = FileFault::Unsupported("a Modality LUT Sequence".to_owned());
+            faults.push((instance.name.clone(), fault));
+        }
+    }
+    let more = faults.len().saturating_sub(1);
+    let (name, fault) = faults.into_iter().next()?;
+    Some(DicomError::File { name, fault, more })
+}
+
+/// The transfer syntaxes of a series, by name.
+pub(super) fn syntax_names(facts: &SeriesFacts) -> String {
+    let names: Vec<&str> = facts.transfer_syntaxes.iter().map(|s| syntax::name(s)).collect();
+    names.join(", ")
+}

@@ -1,0 +1,94 @@
+//! Compressed frames to stored bytes: one frame at a time, its size checked before a decoder sees
+//! it, foreign decoders behind the guard.
+
+use std::io::Read;
+
+use super::error::FileFault;
+use super::layout::Layout;
+use super::syntax::{self, Codec};
+use super::{codec, jpegls, rle};
+
+/// How the bytes of a frame are to be read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Image {
+    /// Bits of a decoded sample, in the low bits, where a decoder tells; nothing where bits lie as
+    /// the file's attributes say.
+    pub(super) precision: Option<u32>,
+    /// Bits of the first byte that belong to the frame before.
+    pub(super) skipped_bits: u32,
+    /// High byte first.
+    pub(super) big: bool,
+}
+
+/// Whether a fragment begins a compressed image: the first bytes of JPEG, JPEG-LS or JPEG 2000.
+pub(super) fn begins_image(head: [u8; 4]) -> bool {
+    matches!(head, [0xFF, 0xD8, 0xFF, _] | [0xFF, 0x4F, 0xFF, 0x51])
+}
+
+/// Bytes of one frame that stands alone.
+fn frame_bytes(layout: &Layout) -> u64 {
+    layout.native_bytes(1).unwrap_or(u64::MAX)
+}
+
+/// Inflates a frame (raw deflate), no further than its own size.
+fn inflate(deflated: &[u8], layout: &Layout) -> std::io::Result<Vec<u8>> {
+    let mut out = Vec::new();
+    flate2::read::DeflateDecoder::new(deflated).take(frame_bytes(layout)).read_to_end(&mut out)?;
+    Ok(out)
+}
+
+/// Decodes one frame in place: `stored` holds its compressed bytes, and then its samples, low byte
+/// first, in the layout's bytes a sample.
+///
+/// # Errors
+/// [`FileFault::Syntax`], [`FileFault::Codec`].
+pub(super) fn decode(
+    syntax: &str,
+    layout: &Layout,
+    stored: &mut Vec<u8>,
+) -> Result<Image, FileFault> {
+    let name = syntax::name(syntax);
+    let fail = |detail: String| FileFault::Codec { syntax: name.to_owned(), detail };
+    let Some(codec) = syntax::codec(syntax) else {
+        return Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() });
+    };
+    let image = |precision| Image { precision, skipped_bits: 0, big: false };
+    match codec {
+        Codec::Rle => {
+            *stored = rle::decode(stored, layout.n_samples(), layout.bytes)
+                .map_err(|e| fail(e.to_string()))?;
+            Ok(image(None))
+        }
+        Codec::Deflate => {
+            *stored = inflate(stored, layout).map_err(|e| fail(super::blob::one_line(&e)))?;
+            let (found, wanted) = (stored.len() as u64, frame_bytes(layout));
+            if found < wanted {
+                return Err(FileFault::PixelsEnd { found, wanted });
+            }
+            Ok(image(None))
+        }
+        Codec::JpegLs => {
+            let decoded = jpegls::decode(stored, layout.rows, layout.cols)
+                .map_err(|e| fail(super::blob::one_line(&e)))?;
+            let precision = u32::from(decoded.bits);
+            if precision.div_ceil(8) as usize > layout.bytes {
+                return Err(fail(format!(
+                    "it has {precision} bits, expected {}",
+                    layout.bytes * 8
+                )));
+            }
+            stored.clear();
+            if layout.bytes == 1 {
+                stored.extend(decoded.samples.iter().map(|&v| v as u8));
+            } else {
+                stored.extend(decoded.samples.iter().flat_map(|v| v.to_le_bytes()));
+            }
+            Ok(image(Some(precision)))
+        }
+        Codec::Jpeg | Codec::Jpeg2000 => {
+            let (bytes, precision) = codec::decode(codec, syntax, layout, stored).map_err(fail)?;
+            *stored = bytes;
+            Ok(image(Some(precision)))
+        }
+    }
+}

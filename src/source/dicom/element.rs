@@ -1,0 +1,109 @@
+//! One element: tag, value representation, length. Every length is compared with what is left.
+
+use super::blob::Stream;
+use super::error::{FileFault, Tag};
+
+/// A length that is given by a delimiter instead.
+pub(super) const UNDEFINED: u32 = u32::MAX;
+
+/// How elements are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Encoding {
+    /// Each element names its VR.
+    pub(super) explicit: bool,
+    /// Numbers have their high byte first.
+    pub(super) big: bool,
+}
+
+/// Whether two letters name a value representation.
+pub(super) fn is_vr(vr: [u8; 2]) -> bool {
+    const VRS: &[u8] = b"AEASATCSDADSDTFDFLISLOLTOBODOFOLOVOWPNSHSLSQSSSTSVTMUCUIULUNURUSUTUV";
+    VRS.chunks_exact(2).any(|known| known == vr)
+}
+
+/// The VRs whose length takes four bytes after two unused ones (PS3.5, 7.1.2).
+pub(super) fn has_long_length(vr: [u8; 2]) -> bool {
+    const VRS: &[u8] = b"OBODOFOLOVOWSQSVUCUNURUTUV";
+    VRS.chunks_exact(2).any(|long| long == vr)
+}
+
+/// An element's tag, VR and length.
+pub(super) struct Element {
+    pub(super) tag: Tag,
+    pub(super) vr: [u8; 2],
+    pub(super) length: u32,
+}
+
+/// Reads up to an element's value; nothing at the end of the file.
+pub(super) fn read_element(
+    stream: &mut Stream<'_>,
+    encoding: Encoding,
+) -> Result<Option<Element>, FileFault> {
+    let ends = |stream: &Stream<'_>| FileFault::HeaderEnds { at: stream.at() };
+    let mut head = [0; 8];
+    match stream.fill(&mut head).map_err(FileFault::io)? {
+        0 => return Ok(None),
+        8 => {}
+        _ => return Err(ends(stream)),
+    }
+    let short =
+        |a, b| if encoding.big { u16::from_be_bytes([a, b]) } else { u16::from_le_bytes([a, b]) };
+    let long =
+        |b: [u8; 4]| if encoding.big { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) };
+    let [g0, g1, e0, e1, v0, v1, l0, l1] = head;
+    let tag = Tag(short(g0, g1), short(e0, e1));
+    // Items and delimiters never name a VR.
+    if !encoding.explicit || tag.0 == 0xFFFE {
+        return Ok(Some(Element { tag, vr: *b"  ", length: long([v0, v1, l0, l1]) }));
+    }
+    let vr = [v0, v1];
+    if !is_vr(vr) {
+        return Err(FileFault::BadElement { tag, what: "unknown value representation" });
+    }
+    if !has_long_length(vr) {
+        return Ok(Some(Element { tag, vr, length: u32::from(short(l0, l1)) }));
+    }
+    let mut length = [0; 4];
+    stream.take(&mut length).map_err(FileFault::io)?.ok_or_else(|| ends(stream))?;
+    Ok(Some(Element { tag, vr, length: long(length) }))
+}
+
+/// The length of an element that must have one, checked against what is left.
+pub(super) fn defined_length(element: &Element, stream: &Stream<'_>) -> Result<u64, FileFault> {
+    let length = u64::from(element.length);
+    if element.length == UNDEFINED {
+        let what = "undefined length where a length is needed";
+        return Err(FileFault::BadElement { tag: element.tag, what });
+    }
+    match stream.left() {
+        Some(left) if left < length => {
+            Err(FileFault::LengthBeyond { tag: element.tag, length, left })
+        }
+        _ => Ok(length),
+    }
+}
+
+/// Passes over a value.
+pub(super) fn skip(
+    stream: &mut Stream<'_>,
+    element: &Element,
+    length: u64,
+) -> Result<(), FileFault> {
+    if stream.skip(length).map_err(FileFault::io)? {
+        return Ok(());
+    }
+    let left = stream.left().unwrap_or(0);
+    Err(FileFault::LengthBeyond { tag: element.tag, length, left })
+}
+
+/// Appends a value to `out`.
+pub(super) fn append(
+    stream: &mut Stream<'_>,
+    length: u64,
+    out: &mut Vec<u8>,
+) -> Result<(), FileFault> {
+    if stream.append(length, out).map_err(FileFault::io)? < length {
+        return Err(FileFault::HeaderEnds { at: stream.at() });
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! Encapsulated pixels: the fragments, and which of them make up each frame (PS3.5, A.4).
+
+use super::blob::Stream;
+use super::error::{FileFault, Tag};
+
+/// Fragments listed at most.
+const MAX_FRAGMENTS: usize = 1 << 22;
+
+/// A fragment's first byte, counted from the start of the stream, and its length.
+pub(super) type Fragment = (u64, u64);
+
+/// The items of an encapsulated pixel element.
+pub(super) struct Fragments {
+    /// Offsets of the frames' first items, from the first item after the table. Often empty.
+    offsets: Vec<u64>,
+    list: Vec<Fragment>,
+}
+
+/// Lists the fragments of a pixel element; the stream stands at its first item. A missing
+/// delimiter after the last fragment is forgiven where the file ends there.
+///
+/// # Errors
+/// Items that are none, or that reach beyond the end.
+pub(super) fn list(stream: &mut Stream<'_>) -> Result<Fragments, FileFault> {
+    let mut fragments = Fragments { offsets: Vec::new(), list: Vec::new() };
+    let mut is_table = true;
+    while let Some((offset, length)) = next(stream)? {
+        if is_table {
+            is_table = false;
+            let mut table = Vec::new();
+            stream.append(length, &mut table).map_err(FileFault::io)?;
+            let entries = table.chunks_exact(4).filter_map(|c| c.first_chunk::<4>());
+            fragments.offsets = entries.map(|e| u64::from(u32::from_le_bytes(*e))).collect();
+            continue;
+        }
+        if fragments.list.len() >= MAX_FRAGMENTS {
+            return Err(FileFault::Unsupported(format!("more than {MAX_FRAGMENTS} fragments")));
+        }
+        if !stream.skip(length).map_err(FileFault::io)? {
+            let left = stream.left().unwrap_or(0);
+            return Err(FileFault::LengthBeyond { tag: Tag(0xFFFE, 0xE000), length, left });
+        }
+        fragments.list.push((offset, length));
+    }
+    Ok(fragments)
+}
+
+/// The next item's first byte and length; nothing after the last.
+fn next(stream: &mut Stream<'_>) -> Result<Option<Fragment>, FileFault> {
+    let mut head = [0; 8];
+    if stream.fill(&mut head).map_err(FileFault::io)? < 8 {
+        return Ok(None);
+    }
+    let [g0, g1, e0, e1, l0, l1, l2, l3] = head;
+    let tag = Tag(u16::from_le_bytes([g0, g1]), u16::from_le_bytes([e0, e1]));
+    let length = u64::from(u32::from_le_bytes([l0, l1, l2, l3]));
+    match tag {
+        Tag(0xFFFE, 0xE0DD) => Ok(None),
+        Tag(0xFFFE, 0xE000) => match stream.left() {
+            Some(left) if left < length => Err(FileFault::LengthBeyond { tag, length, left }),
+            _ => Ok(Some((stream.at(), length))),
+        },
+        tag => Err(FileFault::BadElement { tag, what: "found among the pixel fragments" }),
+    }
+}
+
+impl Fragments {
+    /// The fragments of each of `n_frames` frames: all of them for one frame; one each where there
+    /// are as many; by the offset table otherwise; and without one, a new frame wherever a
+    /// fragment begins with the first bytes of a compressed image.
+    ///
+    /// # Errors
+    /// [`FileFault::NoFrame`] where none of these gives every frame a fragment.
+    pub(super) fn by_frame(
+        self,
+        n_frames: u64,
+        mut begins_image: impl FnMut(Fragment) -> Result<bool, FileFault>,
+    ) -> Result<Vec<Vec<Fragment>>, FileFault> {
+        let fragments = self.list.len() as u64;
+        let absent =
+            |frame: u64| FileFault::NoFrame { frame: frame + 1, fragments, frames: n_frames };
+        if fragments == 0 {
+            return Err(absent(0));
+        }
+        if n_frames == 1 {
+            return Ok(vec![self.list]);
+        }
+        if fragments == n_frames {
+            return Ok(self.list.into_iter().map(|f| vec![f]).collect());
+        }
+        if fragments < n_frames {
+            return Err(absent(fragments));
+        }
+        let base = self.list.first().map_or(0, |f| f.0 - 8);
+        let mut frames: Vec<Vec<Fragment>> = Vec::new();
+        let by_table = self.offsets.len() as u64 == n_frames;
+        for fragment in self.list {
+            let begins = if by_table {
+                self.offsets.get(frames.len()).is_some_and(|&o| base + o == fragment.0 - 8)
+            } else {
+                begins_image(fragment)?
+            };
+            match frames.last_mut() {
+                Some(frame) if !begins => frame.push(fragment),
+                _ => frames.push(vec![fragment]),
+            }
+        }
+        if frames.len() as u64 == n_frames { Ok(frames) } else { Err(absent(frames.len() as u64)) }
+    }
+}

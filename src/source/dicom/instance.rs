@@ -1,0 +1,227 @@
+//! One file: what it says of itself, of its pixels and of each of its frames.
+
+use std::sync::Arc;
+
+use super::blob::Blob;
+use super::error::FileFault;
+use super::groups;
+use super::guard::contain;
+use super::header::{self, Item, bad};
+use super::layout::Layout;
+use super::set_aside::{self, What};
+use super::tags;
+use super::walk::{PixelElement, Walked, walk};
+use crate::geom::vec3::Vec3;
+
+/// What one file turned out to be.
+pub(super) enum Scanned {
+    /// No DICOM.
+    Foreign,
+    /// DICOM, but no slice: a report, a localizer, a colour picture.
+    Aside { what: What, series: Option<String> },
+    /// DICOM that cannot be used.
+    Broken { series_uid: Option<String>, fault: FileFault },
+    /// An image.
+    Image(Box<Instance>),
+}
+
+/// An image file.
+pub(super) struct Instance {
+    /// Relative to the input, for messages.
+    pub(super) name: String,
+    pub(super) blob: Arc<Blob>,
+    pub(super) syntax: String,
+    pub(super) element: PixelElement,
+    pub(super) deflated_at: Option<u64>,
+    pub(super) layout: Layout,
+    pub(super) n_frames: u64,
+    pub(super) series_uid: String,
+    pub(super) series_number: Option<String>,
+    pub(super) description: Option<String>,
+    pub(super) modality: Option<String>,
+    pub(super) frame_of_reference: String,
+    pub(super) is_segmentation: bool,
+    pub(super) is_mosaic: bool,
+    pub(super) has_modality_lut: bool,
+    /// InstanceNumber; 0 where there is none.
+    pub(super) number: i64,
+    /// SpacingBetweenSlices, mm.
+    pub(super) slice_spacing: Option<f64>,
+    /// Stored values that stand for nothing, both ends included.
+    pub(super) padding: Option<(i64, i64)>,
+    /// What is wrong with the pixels, seen without reading them.
+    pub(super) fault: Option<FileFault>,
+    pub(super) frames: Vec<Frame>,
+}
+
+/// One frame: its place and its rescale.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Frame {
+    /// Within its file, from 0.
+    pub(super) index: u64,
+    /// ImagePositionPatient, LPS mm.
+    pub(super) position: Option<Vec3>,
+    /// ImageOrientationPatient.
+    pub(super) orientation: Option<[f64; 6]>,
+    /// PixelSpacing: between rows, between columns, mm.
+    pub(super) spacing: Option<[f64; 2]>,
+    pub(super) slope: f64,
+    pub(super) inter: f64,
+    /// What always separates volumes: stack, segment, energy window, time slot.
+    pub(super) apart: String,
+    /// What separates volumes where a series mixes them, by [`SPLITTERS`].
+    pub(super) mixed: [Option<String>; SPLITTERS.len()],
+}
+
+/// What a series may mix under one UID, in the order in which a split is tried.
+pub(super) const SPLITTERS: [&str; 7] = [
+    "echo time",
+    "echo number",
+    "temporal position",
+    "b-value",
+    "image type",
+    "trigger time",
+    "acquisition number",
+];
+
+/// Reads one file's header.
+pub(super) fn scan_file(blob: Blob, name: String) -> Scanned {
+    let walked = match blob.with_stream(walk) {
+        Ok(walked) => walked,
+        Err(FileFault::NotDicom) => return Scanned::Foreign,
+        Err(fault) => return Scanned::Broken { series_uid: None, fault },
+    };
+    let header = match header::parse(&walked) {
+        Ok(header) => header,
+        Err(fault) => return Scanned::Broken { series_uid: None, fault },
+    };
+    let series_uid = header::text(&header, tags::SERIES_INSTANCE_UID);
+    let read = contain(|| read(blob, name, &walked, &header)).unwrap_or_else(|| {
+        let what = "its values do not parse";
+        Err(FileFault::BadElement { tag: tags::SPECIFIC_CHARACTER_SET, what })
+    });
+    read.unwrap_or_else(|fault| Scanned::Broken { series_uid, fault })
+}
+
+fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scanned, FileFault> {
+    let class = header::text(header, tags::SOP_CLASS_UID);
+    let is_directory = walked.media_class.as_deref() == Some(set_aside::DIRECTORY_CLASS);
+    if is_directory {
+        return Ok(Scanned::Aside { what: What::Directory, series: None });
+    }
+    if walked.kept.is_empty() {
+        return Ok(match walked.media_class {
+            Some(_) => Scanned::Aside { what: What::NoPixels, series: None },
+            None => Scanned::Broken {
+                series_uid: None,
+                fault: FileFault::Missing { attribute: "the data set" },
+            },
+        });
+    }
+    let series = header::label(header, tags::SERIES_NUMBER);
+    let image_type = header::texts(header, tags::IMAGE_TYPE);
+    let Some(element) = walked.pixels else {
+        let what = set_aside::without_pixels(class.as_deref());
+        return Ok(Scanned::Aside { what, series });
+    };
+    let photometric = header::text(header, tags::PHOTOMETRIC_INTERPRETATION);
+    let samples = header::integer(header, tags::SAMPLES_PER_PIXEL, "SamplesPerPixel")?;
+    if let Some(what) =
+        set_aside::with_pixels(class.as_deref(), &image_type, samples, photometric.as_deref())
+    {
+        return Ok(Scanned::Aside { what, series });
+    }
+    let layout = Layout::read(header, walked, &element)?;
+    let n_frames = match header::integer(header, tags::NUMBER_OF_FRAMES, "NumberOfFrames")? {
+        None => 1,
+        Some(n @ 1..) => n as u64,
+        Some(n) => return Err(bad("NumberOfFrames", &n.to_string(), "at least 1")),
+    };
+    let fault = pixel_fault(&blob, &layout, walked, &element, n_frames)?;
+    let is_segmentation = class.as_deref() == Some(set_aside::SEGMENTATION_CLASS);
+    let padding = padding(header, &layout)?;
+    let frames = groups::frames(header, n_frames, &image_type, is_segmentation)?;
+    Ok(Scanned::Image(Box::new(Instance {
+        name,
+        blob: Arc::new(blob),
+        syntax: walked.syntax.clone(),
+        element,
+        deflated_at: walked.deflated_at,
+        layout,
+        n_frames,
+        series_uid: header::text(header, tags::SERIES_INSTANCE_UID).unwrap_or_default(),
+        series_number: series,
+        description: header::label(header, tags::SERIES_DESCRIPTION),
+        modality: header::label(header, tags::MODALITY),
+        frame_of_reference: header::text(header, tags::FRAME_OF_REFERENCE_UID).unwrap_or_default(),
+        is_segmentation,
+        is_mosaic: image_type.iter().any(|t| t == "MOSAIC"),
+        has_modality_lut: !header::items(header, tags::MODALITY_LUT_SEQUENCE).is_empty(),
+        number: header::integer(header, tags::INSTANCE_NUMBER, "InstanceNumber")
+            .ok()
+            .flatten()
+            .unwrap_or(0),
+        slice_spacing: header::number(
+            header,
+            tags::SPACING_BETWEEN_SLICES,
+            "SpacingBetweenSlices",
+        )?,
+        padding,
+        fault,
+        frames,
+    })))
+}
+
+/// Compares what the pixels need with what there is. An error where the frames cannot even be
+/// listed.
+fn pixel_fault(
+    blob: &Blob,
+    layout: &Layout,
+    walked: &Walked,
+    element: &PixelElement,
+    n_frames: u64,
+) -> Result<Option<FileFault>, FileFault> {
+    let encapsulated = super::syntax::is_encapsulated(&walked.syntax);
+    let wanted = layout.native_bytes(n_frames).unwrap_or(u64::MAX);
+    match (encapsulated, element.length) {
+        (true, _) if super::syntax::codec(&walked.syntax).is_none() => {
+            Ok(super::syntax::refuse(&walked.syntax, layout))
+        }
+        (false, Some(found)) if found < wanted => Err(FileFault::PixelsEnd { found, wanted }),
+        (false, Some(_)) => Ok(None),
+        (false, None) => {
+            let what = "pixel data of undefined length in an uncompressed transfer syntax";
+            Err(FileFault::BadElement { tag: element.tag, what })
+        }
+        (true, Some(_)) => {
+            let what = "pixel data of defined length in a compressed transfer syntax";
+            Err(FileFault::BadElement { tag: element.tag, what })
+        }
+        (true, None) => {
+            // Each frame has at least one fragment, and a fragment at least eight bytes.
+            let most = blob.len().saturating_sub(element.offset) / 8;
+            if n_frames > most {
+                let (frame, fragments) = (most + 1, most);
+                return Err(FileFault::NoFrame { frame, fragments, frames: n_frames });
+            }
+            Ok(super::syntax::refuse(&walked.syntax, layout))
+        }
+    }
+}
+
+/// PixelPaddingValue to PixelPaddingRangeLimit, as stored values of the image's own sign.
+fn padding(header: &Item, layout: &Layout) -> Result<Option<(i64, i64)>, FileFault> {
+    use super::layout::SampleKind;
+    let signed = |v: i64| match (layout.kind, layout.bytes) {
+        (SampleKind::Signed, 1) => i64::from(v as i8),
+        (SampleKind::Signed, 2) => i64::from(v as i16),
+        (SampleKind::Unsigned, 1 | 2) => i64::from(v as u16),
+        _ => v,
+    };
+    let value = header::integer(header, tags::PIXEL_PADDING_VALUE, "PixelPaddingValue")?;
+    let limit = header::integer(header, tags::PIXEL_PADDING_RANGE_LIMIT, "PixelPaddingRangeLimit")?;
+    Ok(value.map(signed).map(|v| {
+        let limit = limit.map_or(v, signed);
+        (v.min(limit), v.max(limit))
+    }))
+}

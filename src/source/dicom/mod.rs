@@ -1,0 +1,51 @@
+//! DICOM: any folder that a scanner or an archive exports becomes a study of volumes.
+//!
+//! [`scan`] reads headers only, through a guard that believes no length; images are grouped into
+//! [`Candidate`] volumes and put in geometric order; [`Study::open`] gives planes that are decoded
+//! when they are asked for. Nothing that tells who the patient is is ever read into memory.
+
+mod blob;
+mod candidate;
+mod codec;
+mod decode;
+mod element;
+mod error;
+mod fragments;
+mod groups;
+mod guard;
+mod header;
+mod instance;
+pub mod jpegls;
+mod layout;
+mod order;
+mod pixels;
+mod planes;
+mod rle;
+mod scan;
+mod series;
+mod set_aside;
+mod start;
+mod study;
+mod syntax;
+mod tags;
+mod unpack;
+mod walk;
+
+pub use candidate::Candidate;
+pub use error::{DicomError, FileFault, Tag};
+pub use scan::{ScanOptions, scan};
+pub use set_aside::{SetAside, What};
+pub use study::{OpenOptions, Selector, Study};
+
+/// How many bytes of a file [`is_dicom`] wants to see.
+pub const HEAD_BYTES: usize = 132;
+
+/// Whether the first bytes of a file (132, or all there are) are those of a DICOM file.
+pub fn is_dicom(head: &[u8]) -> bool {
+    start::looks_like_dicom(head)
+}
+
+/// The names of a series' transfer syntaxes, for people.
+pub fn syntax_names(series: &crate::volume::SeriesFacts) -> String {
+    candidate::syntax_names(series)
+}

@@ -1,0 +1,257 @@
+//! Slices in geometric order: doubles, evenness, gaps, tilt, the grid.
+
+use super::error::DicomError;
+use crate::geom::vec3::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::geom::{Affine, Dims, DimsError, Grid};
+
+/// Positions closer than this along the normal are one position, in mm, whatever the spacing.
+const SAME_MM: f64 = 1e-4;
+
+/// Positions closer than this part of the usual gap are one position; an even grid may be missed
+/// by this part of the step.
+const TOLERANCE: f64 = 0.01;
+
+/// A gap is a whole multiple of another within this part.
+const MULTIPLE: f64 = 0.02;
+
+/// So many equal wide gaps in a row are a spacing of their own, not missing slices.
+const DESIGNED_RUN: usize = 3;
+
+/// What all slices of a volume share.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    pub(super) rows: usize,
+    pub(super) cols: usize,
+    pub(super) sample_bytes: usize,
+    /// ImageOrientationPatient.
+    pub(super) orientation: [f64; 6],
+    /// PixelSpacing.
+    pub(super) spacing: [f64; 2],
+}
+
+impl Facing {
+    fn row(&self) -> Vec3 {
+        let [a, b, c, ..] = self.orientation;
+        [a, b, c]
+    }
+
+    fn column(&self) -> Vec3 {
+        let [.., d, e, f] = self.orientation;
+        [d, e, f]
+    }
+
+    /// Row direction × column direction: the way slices are counted.
+    pub(super) fn normal(&self) -> Vec3 {
+        cross(self.row(), self.column())
+    }
+
+    /// The place of a position along the normal, in mm.
+    pub(super) fn along(&self, position: Vec3) -> f64 {
+        let normal = self.normal();
+        dot(position, normal) / norm(normal)
+    }
+}
+
+/// Runs of places that are one position; `places` are in rising order. Each run is a range of
+/// indices.
+pub(super) fn positions(places: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let mut gaps: Vec<f64> =
+        places.windows(2).map(|w| w[1] - w[0]).filter(|&g| g > SAME_MM).collect();
+    gaps.sort_by(f64::total_cmp);
+    let usual = gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
+    let same = SAME_MM.max(TOLERANCE * usual);
+    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+    for (index, &place) in places.iter().enumerate() {
+        match runs.last_mut() {
+            Some(run) if place - places[run.start] <= same => run.end = index + 1,
+            _ => runs.push(index..index + 1),
+        }
+    }
+    runs
+}
+
+/// The geometry of slices in order.
+pub(super) struct Arranged {
+    pub(super) grid: Grid,
+    /// Distances along the normal, where they are uneven.
+    pub(super) gaps_mm: Option<Vec<f64>>,
+    pub(super) tilt_degrees: f64,
+    /// Gaps that say that slices are missing.
+    pub(super) missing: Option<Missing>,
+}
+
+/// Missing slices.
+pub(super) struct Missing {
+    pub(super) count: usize,
+    /// The gap's lower slice (an index) and its width in mm.
+    pub(super) gaps: Vec<(usize, f64)>,
+    pub(super) step_mm: f64,
+}
+
+/// Places slices given by the positions of their first samples (LPS, in order along the normal,
+/// no two alike). `alone` is the step of a single slice.
+///
+/// # Errors
+/// A grid that cannot be; positions that are no geometry.
+pub(super) fn arrange(
+    facing: &Facing,
+    positions: &[Vec3],
+    alone: Option<f64>,
+) -> Result<Arranged, ArrangeError> {
+    let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else {
+        return Err(ArrangeError::TooFew);
+    };
+    let n = positions.len();
+    let normal = facing.normal();
+    let step = match alone {
+        _ if n > 1 => scale(sub(last, first), 1.0 / (n - 1) as f64),
+        Some(step) if step > 0.0 => scale(normal, step),
+        _ => return Err(ArrangeError::TooFew),
+    };
+    let dims =
+        Dims::checked(facing.cols as i64, facing.rows as i64, n as i64, facing.sample_bytes)?;
+    let [between_rows, between_columns] = facing.spacing;
+    let affine = Affine::from_columns(
+        ras(scale(facing.row(), between_columns)),
+        ras(scale(facing.column(), between_rows)),
+        ras(step),
+        ras(first),
+    );
+    if !affine.is_usable() {
+        return Err(ArrangeError::Flat);
+    }
+    let off = positions
+        .iter()
+        .enumerate()
+        .map(|(k, &p)| norm(sub(p, add(first, scale(step, k as f64)))))
+        .fold(0.0, f64::max);
+    let lean = dot(step, normal).abs() / (norm(step) * norm(normal));
+    let tilt_degrees = tilt(step, normal, lean);
+    let mut grid = Grid::new(dims, affine);
+    if off <= TOLERANCE * norm(step) {
+        return Ok(Arranged { grid, gaps_mm: None, tilt_degrees, missing: None });
+    }
+    let places: Vec<f64> = positions.iter().map(|&p| facing.along(p)).collect();
+    let gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
+    grid.plane_origins = Some(positions.iter().copied().map(ras).collect());
+    let missing = find_missing(&gaps);
+    Ok(Arranged { grid, gaps_mm: Some(gaps), tilt_degrees, missing })
+}
+
+/// Why positions make no grid.
+pub(super) enum ArrangeError {
+    TooFew,
+    Flat,
+    Dims(DimsError),
+}
+
+impl From<DimsError> for ArrangeError {
+    fn from(error: DimsError) -> Self {
+        Self::Dims(error)
+    }
+}
+
+/// LPS to RAS.
+fn ras([x, y, z]: Vec3) -> Vec3 {
+    // Adding zero turns a negative zero into a plain one.
+    [0.0 - x, 0.0 - y, z + 0.0]
+}
+
+/// The angle between step and normal, in degrees. The sine is exact where the cosine is not.
+fn tilt(step: Vec3, normal: Vec3, lean: f64) -> f64 {
+    let sine = norm(cross(step, normal)) / (norm(step) * norm(normal));
+    sine.atan2(lean).to_degrees()
+}
+
+/// Gaps that are whole multiples of the narrowest one, where all others are equal to it.
+fn find_missing(gaps: &[f64]) -> Option<Missing> {
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut narrow: Vec<f64> =
+        gaps.iter().copied().filter(|g| *g <= least * (1.0 + MULTIPLE)).collect();
+    narrow.sort_by(f64::total_cmp);
+    let step_mm = narrow.get(narrow.len() / 2).copied()?;
+    let mut wide = Vec::new();
+    let mut count = 0_usize;
+    for (index, &gap) in gaps.iter().enumerate() {
+        let times = (gap / step_mm).round();
+        if (gap / step_mm - times).abs() > MULTIPLE * times || !(1.0..1e4).contains(&times) {
+            return None;
+        }
+        if times > 1.0 {
+            wide.push((index, gap));
+            count += times as usize - 1;
+        }
+    }
+    // A run of equal wide gaps is how the series was taken.
+    let mut run = 0;
+    for pair in gaps.windows(2) {
+        let wide_pair = pair[0] > step_mm * 1.5 && (pair[1] / pair[0] - 1.0).abs() < MULTIPLE;
+        run = if wide_pair { run + 1 } else { 0 };
+        if run + 1 >= DESIGNED_RUN {
+            return None;
+        }
+    }
+    (!wide.is_empty()).then_some(Missing { count, gaps: wide, step_mm })
+}
+
+impl Missing {
+    /// The positions with those between added that make the grid even; `items`, one a position,
+    /// gets `empty` there.
+    pub(super) fn fill<T: Copy>(
+        &self,
+        positions: &[Vec3],
+        items: &mut Vec<T>,
+        empty: T,
+    ) -> Vec<Vec3> {
+        let (mut filled, mut filled_items) = (Vec::new(), Vec::new());
+        for (k, (&position, &item)) in positions.iter().zip(items.iter()).enumerate() {
+            filled.push(position);
+            filled_items.push(item);
+            let gap = self.gaps.iter().find(|(below, _)| *below == k);
+            let (Some((_, gap)), Some(&next)) = (gap, positions.get(k + 1)) else { continue };
+            let times = (gap / self.step_mm).round();
+            let step = scale(sub(next, position), 1.0 / times);
+            for n in 1..times as usize {
+                filled.push(add(position, scale(step, n as f64)));
+                filled_items.push(empty);
+            }
+        }
+        *items = filled_items;
+        filled
+    }
+
+    /// The error, with the gaps told by the files on either side.
+    pub(super) fn error(&self, name: impl Fn(usize) -> String, faults: String) -> DicomError {
+        let shown: Vec<String> = self
+            .gaps
+            .iter()
+            .take(4)
+            .map(|&(k, gap)| format!("{gap:.2} mm between {} and {}", name(k), name(k + 1)))
+            .collect();
+        let more = self.gaps.len() - shown.len();
+        let mut gaps = shown.join(", ");
+        if more > 0 {
+            gaps = format!("{gaps} and {more} more");
+        }
+        DicomError::MissingSlices {
+            count: self.count,
+            gaps,
+            step: format!("{:.2}", self.step_mm),
+            faults,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::find_missing;
+
+    #[test]
+    fn one_double_gap_is_a_missing_slice_and_a_second_spacing_is_none() {
+        let missing = find_missing(&[2.0, 2.0, 4.0, 2.0]).expect("a slice is missing");
+        assert_eq!((missing.count, missing.gaps), (1, vec![(2, 4.0)]));
+        assert!(find_missing(&[2.0, 2.0, 2.0, 4.0, 4.0, 4.0]).is_none());
+        assert!(find_missing(&[2.0, 2.0, 3.0, 2.0]).is_none());
+        assert!(find_missing(&[1.25, 6.25, 1.25]).is_some_and(|m| m.count == 4));
+    }
+}

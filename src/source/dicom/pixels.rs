@@ -1,0 +1,288 @@
+//! The stored bytes of a file's frames: where each is, read and decoded one at a time.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::blob::{Blob, Stream, read_at};
+use super::decode::{self, Image};
+use super::error::FileFault;
+use super::fragments::{self, Fragment};
+use super::instance::{Frame, Instance};
+use super::layout::{Layout, SampleKind};
+use super::series::FrameRef;
+use super::syntax;
+use super::walk::PixelElement;
+
+/// The pixels of one file, ready to be read frame by frame from several threads.
+pub(super) struct Pixels {
+    /// The file, for messages.
+    pub(super) name: String,
+    pub(super) layout: Layout,
+    syntax: String,
+    bytes: Bytes,
+    /// The fragments of each frame, where several frames are encapsulated.
+    table: Option<Vec<Vec<Fragment>>>,
+}
+
+/// Where the value of the pixel element can be read.
+enum Bytes {
+    /// In a plain file, from this byte on.
+    Plain { path: PathBuf, offset: u64 },
+    /// By streaming through compressed bytes up to it: one frame.
+    Streamed { blob: Arc<Blob>, deflated_at: Option<u64>, element: PixelElement },
+    /// Inflated into a temporary file, which has no name any more.
+    Spooled(Arc<File>),
+}
+
+/// One slice: its pixels, which of their frames, and its rescale and padding.
+pub(super) struct Slice {
+    /// Nothing where no frame was stored: all zero.
+    pub(super) pixels: Option<Arc<Pixels>>,
+    pub(super) frame: u64,
+    pub(super) slope: f64,
+    pub(super) inter: f64,
+    pub(super) padding: Option<(i64, i64)>,
+}
+
+impl Pixels {
+    /// The slices of a volume, each file looked at once.
+    ///
+    /// # Errors
+    /// The name of a file whose frames cannot be found, and why.
+    pub(super) fn prepare(
+        frames: &[FrameRef],
+        instances: &[Instance],
+    ) -> Result<Vec<Slice>, (String, FileFault)> {
+        let mut open: Vec<Option<Arc<Self>>> = vec![None; instances.len()];
+        let mut slices = Vec::with_capacity(frames.len());
+        for reference in frames {
+            let found = reference.get(instances).zip(open.get_mut(reference.instance));
+            let Some(((instance, frame), slot)) = found else {
+                slices.push(Slice {
+                    pixels: None,
+                    frame: 0,
+                    slope: 1.0,
+                    inter: 0.0,
+                    padding: None,
+                });
+                continue;
+            };
+            let pixels = if let Some(pixels) = slot {
+                Arc::clone(pixels)
+            } else {
+                let pixels = Self::new(instance).map_err(|f| (instance.name.clone(), f))?;
+                Arc::clone(slot.insert(Arc::new(pixels)))
+            };
+            slices.push(Slice {
+                pixels: Some(pixels),
+                frame: frame.index,
+                slope: frame.slope,
+                inter: frame.inter,
+                padding: instance.padding,
+            });
+        }
+        Ok(slices)
+    }
+
+    fn new(instance: &Instance) -> Result<Self, FileFault> {
+        let (element, deflated_at) = (instance.element, instance.deflated_at);
+        let encapsulated = syntax::is_encapsulated(&instance.syntax);
+        let streamed =
+            || Bytes::Streamed { blob: Arc::clone(&instance.blob), deflated_at, element };
+        let bytes = match instance.blob.path() {
+            Some(path) if deflated_at.is_none() => {
+                Bytes::Plain { path: path.to_owned(), offset: element.offset }
+            }
+            _ if instance.n_frames == 1 => streamed(),
+            _ => Bytes::Spooled(Arc::new(spool(&instance.blob, deflated_at, &element)?)),
+        };
+        let mut pixels = Self {
+            name: instance.name.clone(),
+            layout: instance.layout,
+            syntax: instance.syntax.clone(),
+            bytes,
+            table: None,
+        };
+        if encapsulated && instance.n_frames > 1 {
+            pixels.table = Some(pixels.index(instance.n_frames)?);
+        }
+        Ok(pixels)
+    }
+
+    /// Finds the fragments of each frame, with their places in the file.
+    fn index(&self, n_frames: u64) -> Result<Vec<Vec<Fragment>>, FileFault> {
+        let (file, base) = match &self.bytes {
+            Bytes::Plain { path, offset } => (File::open(path).map_err(FileFault::io)?, *offset),
+            Bytes::Spooled(file) => (file.try_clone().map_err(FileFault::io)?, 0),
+            Bytes::Streamed { .. } => return Ok(Vec::new()),
+        };
+        let len = file.metadata().map_err(FileFault::io)?.len();
+        let copy = file.try_clone().map_err(FileFault::io)?;
+        let mut stream = Stream::within(copy, base, len).map_err(FileFault::io)?;
+        fragments::list(&mut stream)?.by_frame(n_frames, |(offset, _)| {
+            let mut head = [0; 4];
+            read_at(&file, &mut head, offset).map_err(FileFault::io)?;
+            Ok(decode::begins_image(head))
+        })
+    }
+
+    /// Reads and, if need be, decodes a frame.
+    ///
+    /// # Errors
+    /// Bytes that end early or do not decode.
+    pub(super) fn read(&self, frame: u64, stored: &mut Vec<u8>) -> Result<Image, FileFault> {
+        stored.clear();
+        if !syntax::is_encapsulated(&self.syntax) {
+            return self.read_native(frame, stored);
+        }
+        match (&self.table, &self.bytes) {
+            (Some(table), _) => {
+                let fragments = usize::try_from(frame).ok().and_then(|f| table.get(f));
+                for &(offset, length) in fragments.into_iter().flatten() {
+                    self.append(offset, length, stored)?;
+                }
+            }
+            (None, Bytes::Plain { path, offset }) => {
+                let file = File::open(path).map_err(FileFault::io)?;
+                let len = file.metadata().map_err(FileFault::io)?.len();
+                let copy = file.try_clone().map_err(FileFault::io)?;
+                let mut stream = Stream::within(copy, *offset, len).map_err(FileFault::io)?;
+                let list = fragments::list(&mut stream)?.by_frame(1, |_| Ok(false))?;
+                for (offset, length) in list.into_iter().flatten() {
+                    append_at(&file, offset, length, stored)?;
+                }
+            }
+            (None, _) => {
+                let mut element = Vec::new();
+                self.append(0, u64::MAX, &mut element)?;
+                let list = fragments::list(&mut Stream::over(&element))?;
+                for (offset, length) in list.by_frame(1, |_| Ok(false))?.into_iter().flatten() {
+                    let (from, to) = (offset as usize, offset.saturating_add(length) as usize);
+                    stored.extend_from_slice(element.get(from..to).unwrap_or_default());
+                }
+            }
+        }
+        decode::decode(&self.syntax, &self.layout, stored)
+    }
+
+    fn read_native(&self, frame: u64, stored: &mut Vec<u8>) -> Result<Image, FileFault> {
+        let samples = self.layout.n_samples() as u64;
+        let overflow = || FileFault::PixelsEnd { found: 0, wanted: u64::MAX };
+        let first = samples.checked_mul(frame).ok_or_else(overflow)?;
+        let (offset, length, skipped_bits) = if self.layout.kind == SampleKind::Bit {
+            let end = first.checked_add(samples).ok_or_else(overflow)?;
+            (first / 8, end.div_ceil(8) - first / 8, (first % 8) as u32)
+        } else {
+            let size = self.layout.frame_bytes() as u64;
+            (size.checked_mul(frame).ok_or_else(overflow)?, size, 0)
+        };
+        let base = match &self.bytes {
+            Bytes::Plain { offset, .. } => *offset,
+            Bytes::Streamed { .. } | Bytes::Spooled(_) => 0,
+        };
+        self.append(base.checked_add(offset).ok_or_else(overflow)?, length, stored)?;
+        let found = stored.len() as u64;
+        if found < length {
+            return Err(FileFault::PixelsEnd { found, wanted: length });
+        }
+        Ok(Image { precision: None, skipped_bits, big: self.layout.big })
+    }
+
+    /// Appends bytes from a place in the file (plain), or in the pixel element's value.
+    fn append(&self, offset: u64, length: u64, out: &mut Vec<u8>) -> Result<(), FileFault> {
+        match &self.bytes {
+            Bytes::Plain { path, .. } => {
+                let file = File::open(path).map_err(FileFault::io)?;
+                append_at(&file, offset, length, out)
+            }
+            Bytes::Spooled(file) => append_at(file, offset, length, out),
+            Bytes::Streamed { blob, deflated_at, element } => {
+                with_element(blob, *deflated_at, element, |mut stream| {
+                    if !stream.skip(offset).map_err(FileFault::io)? {
+                        return Ok(());
+                    }
+                    stream.append(length, out).map_err(FileFault::io)?;
+                    Ok(())
+                })
+            }
+        }
+    }
+
+    /// Whether two frames have the same samples and the same rescale. Frames of compressed
+    /// multi-frame files are never said to be the same.
+    pub(super) fn same_frame(a: (&Instance, &Frame), b: (&Instance, &Frame)) -> bool {
+        let rescaled = |f: &Frame| (f.slope, f.inter);
+        let comparable = |i: &Instance| i.n_frames == 1 || !syntax::is_encapsulated(&i.syntax);
+        if rescaled(a.1) != rescaled(b.1) || !comparable(a.0) || !comparable(b.0) {
+            return false;
+        }
+        let read = |(instance, frame): (&Instance, &Frame)| {
+            let mut stored = Vec::new();
+            let image = Self::new(instance).ok()?.read(frame.index, &mut stored).ok()?;
+            let mut samples = vec![0.0; instance.layout.n_samples()];
+            super::unpack::real(&instance.layout, &image, &stored, &mut samples, |v| v);
+            Some(samples)
+        };
+        read(a).is_some_and(|samples| Some(samples) == read(b))
+    }
+}
+
+/// Streams to the first byte of the pixel element's value.
+fn with_element<T>(
+    blob: &Blob,
+    deflated_at: Option<u64>,
+    element: &PixelElement,
+    read: impl FnOnce(Stream<'_>) -> Result<T, FileFault>,
+) -> Result<T, FileFault> {
+    blob.with_stream(|mut stream| {
+        if let Some(at) = deflated_at {
+            stream.skip(at).map_err(FileFault::io)?;
+            stream = stream.inflate();
+        }
+        stream.skip(element.offset).map_err(FileFault::io)?;
+        read(stream)
+    })
+}
+
+/// Inflates the value of a pixel element into a temporary file without a name.
+fn spool(blob: &Blob, deflated_at: Option<u64>, element: &PixelElement) -> Result<File, FileFault> {
+    let mut file = tempfile::tempfile().map_err(FileFault::io)?;
+    with_element(blob, deflated_at, element, |mut stream| {
+        let mut left = element.length.unwrap_or(u64::MAX);
+        let mut chunk = Vec::new();
+        while left > 0 {
+            chunk.clear();
+            let n = stream.append(left.min(1 << 20), &mut chunk).map_err(FileFault::io)?;
+            if n == 0 {
+                break;
+            }
+            file.write_all(&chunk).map_err(FileFault::io)?;
+            left -= n;
+        }
+        Ok(())
+    })?;
+    Ok(file)
+}
+
+/// Appends what there is of `length` bytes from `offset` on.
+fn append_at(file: &File, offset: u64, length: u64, out: &mut Vec<u8>) -> Result<(), FileFault> {
+    let there = file.metadata().map_err(FileFault::io)?.len().saturating_sub(offset);
+    let length = usize::try_from(length.min(there)).unwrap_or(usize::MAX);
+    let before = out.len();
+    out.try_reserve_exact(length)
+        .map_err(|_| FileFault::io(std::io::ErrorKind::OutOfMemory.into()))?;
+    out.resize(before + length, 0);
+    let mut filled = 0;
+    while let Some(rest) = out.get_mut(before + filled..).filter(|r| !r.is_empty()) {
+        match read_at(file, rest, offset + filled as u64) {
+            Ok(0) => break,
+            Ok(n) => filled += n,
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(FileFault::io(e)),
+        }
+    }
+    out.truncate(before + filled);
+    Ok(())
+}

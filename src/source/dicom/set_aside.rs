@@ -1,0 +1,106 @@
+//! DICOM that is no slice of a volume, by name.
+
+/// MediaStorageSOPClassUID of a DICOMDIR.
+pub(super) const DIRECTORY_CLASS: &str = "1.2.840.10008.1.3.10";
+
+/// SOPClassUID of a DICOM segmentation.
+pub(super) const SEGMENTATION_CLASS: &str = "1.2.840.10008.5.1.4.1.1.66.4";
+
+/// What a file is that is no slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum What {
+    /// A localizer, scout or topogram.
+    Localizer,
+    /// A secondary capture.
+    SecondaryCapture,
+    /// A picture in colour.
+    Colour,
+    /// A structured report or an encapsulated document.
+    Report,
+    /// A radiotherapy object.
+    Radiotherapy,
+    /// A presentation state.
+    Presentation,
+    /// A DICOMDIR.
+    Directory,
+    /// Something else without pixels.
+    NoPixels,
+    /// A file that is no DICOM.
+    Foreign,
+}
+
+impl What {
+    /// Its name, in the singular or plural that `count` asks for.
+    pub fn name(self, count: usize) -> &'static str {
+        let one = count == 1;
+        match self {
+            Self::Localizer if one => "localizer",
+            Self::Localizer => "localizers",
+            Self::SecondaryCapture if one => "secondary capture",
+            Self::SecondaryCapture => "secondary captures",
+            Self::Colour if one => "colour picture",
+            Self::Colour => "colour pictures",
+            Self::Report if one => "report",
+            Self::Report => "reports",
+            Self::Radiotherapy if one => "radiotherapy object",
+            Self::Radiotherapy => "radiotherapy objects",
+            Self::Presentation if one => "presentation state",
+            Self::Presentation => "presentation states",
+            Self::Directory if one => "DICOMDIR",
+            Self::Directory => "DICOMDIRs",
+            Self::NoPixels if one => "object without pixels",
+            Self::NoPixels => "objects without pixels",
+            Self::Foreign if one => "file that is no DICOM",
+            Self::Foreign => "files that are no DICOM",
+        }
+    }
+}
+
+/// Files of one kind that were set aside.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetAside {
+    /// What they are.
+    pub what: What,
+    /// SeriesNumber, where there is one.
+    pub series_number: Option<String>,
+    /// How many.
+    pub count: usize,
+    /// The first of them, relative to the input.
+    pub first: String,
+}
+
+/// What an object without pixels is, by its SOP class.
+pub(super) fn without_pixels(class: Option<&str>) -> What {
+    let Some(storage) = class.and_then(|c| c.strip_prefix("1.2.840.10008.5.1.4.1.1.")) else {
+        return What::NoPixels;
+    };
+    match storage.split('.').next() {
+        Some("88" | "104") => What::Report,
+        Some("481") => What::Radiotherapy,
+        Some("11") => What::Presentation,
+        _ => What::NoPixels,
+    }
+}
+
+/// Why an object with pixels is no slice, if so.
+pub(super) fn with_pixels(
+    class: Option<&str>,
+    image_type: &[String],
+    samples: Option<i64>,
+    photometric: Option<&str>,
+) -> Option<What> {
+    let storage = class.and_then(|c| c.strip_prefix("1.2.840.10008.5.1.4.1.1.")).unwrap_or("");
+    if storage.starts_with("481.") {
+        return Some(What::Radiotherapy);
+    }
+    let grey = matches!(photometric, None | Some("MONOCHROME1" | "MONOCHROME2"));
+    if samples.is_some_and(|n| n != 1) || !grey {
+        return Some(What::Colour);
+    }
+    if storage == "7" || storage.starts_with("7.") {
+        return Some(What::SecondaryCapture);
+    }
+    let localizer = |t: &String| matches!(t.as_str(), "LOCALIZER" | "SCOUT" | "TOPOGRAM");
+    image_type.iter().any(localizer).then_some(What::Localizer)
+}

@@ -1,0 +1,142 @@
+//! Stored bytes to samples: byte order, BitsStored, HighBit, sign.
+
+use super::decode::Image;
+use super::layout::{Layout, SampleKind};
+use crate::volume::Sample;
+
+/// A sample type that integers of at most its size are handed on in.
+pub(super) trait FromStored: Sample {
+    /// The value of a stored integer, sign-extended.
+    fn from_stored(value: i64) -> Self;
+}
+
+macro_rules! from_stored {
+    ($($t:ty),*) => {$(
+        impl FromStored for $t {
+            fn from_stored(value: i64) -> Self {
+                value as $t
+            }
+        }
+    )*};
+}
+
+from_stored!(u8, i8, u16, i16, u32, i32);
+
+/// Integers as they are stored.
+pub(super) fn integers<T: FromStored>(
+    layout: &Layout,
+    image: &Image,
+    stored: &[u8],
+    out: &mut [T],
+) {
+    let size = layout.bytes;
+    let whole = layout.bits_stored as usize == size * 8 && image.precision.is_none();
+    let native_order = image.big == cfg!(target_endian = "big") && !layout.swapped_pairs;
+    let same_type = size_of::<T>() == size && layout.kind != SampleKind::Bit;
+    if whole && native_order && same_type {
+        // The bits are the value.
+        let bytes: &mut [u8] = bytemuck::must_cast_slice_mut(out);
+        let n = bytes.len().min(stored.len());
+        if let (Some(to), Some(from)) = (bytes.get_mut(..n), stored.get(..n)) {
+            to.copy_from_slice(from);
+        }
+        return;
+    }
+    each(layout, image, stored, out.len(), |index, value| {
+        if let Some(to) = out.get_mut(index) {
+            *to = T::from_stored(value);
+        }
+    });
+}
+
+/// Samples of any kind through `real`, which is given stored values.
+pub(super) fn real(
+    layout: &Layout,
+    image: &Image,
+    stored: &[u8],
+    out: &mut [f64],
+    real: impl Fn(f64) -> f64,
+) {
+    if layout.kind == SampleKind::Float {
+        floats(layout, image, stored, out, real);
+        return;
+    }
+    each(layout, image, stored, out.len(), |index, value| {
+        if let Some(to) = out.get_mut(index) {
+            *to = real(value as f64);
+        }
+    });
+}
+
+/// Floats as they are stored, through `convert`.
+pub(super) fn floats<T>(
+    layout: &Layout,
+    image: &Image,
+    stored: &[u8],
+    out: &mut [T],
+    convert: impl Fn(f64) -> T,
+) {
+    if layout.bytes == 4 {
+        for (to, from) in out.iter_mut().zip(stored.chunks_exact(4)) {
+            let Some(&bytes) = from.first_chunk::<4>() else { continue };
+            let value =
+                if image.big { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) };
+            *to = convert(f64::from(value));
+        }
+    } else {
+        for (to, from) in out.iter_mut().zip(stored.chunks_exact(8)) {
+            let Some(&bytes) = from.first_chunk::<8>() else { continue };
+            let value =
+                if image.big { f64::from_be_bytes(bytes) } else { f64::from_le_bytes(bytes) };
+            *to = convert(value);
+        }
+    }
+}
+
+/// Calls `put` with the index and value of each of `n` stored integers.
+fn each(layout: &Layout, image: &Image, stored: &[u8], n: usize, mut put: impl FnMut(usize, i64)) {
+    if layout.kind == SampleKind::Bit {
+        let first = image.skipped_bits as usize;
+        for index in 0..n {
+            let bit = first + index;
+            let byte = stored.get(bit / 8).copied().unwrap_or(0);
+            put(index, i64::from(byte >> (bit % 8) & 1));
+        }
+        return;
+    }
+    // Decoders put values in the low bits; natively they end at HighBit.
+    let (shift, bits) = match image.precision {
+        Some(precision) => (0, precision.clamp(1, layout.bytes as u32 * 8)),
+        None => (layout.high_bit + 1 - layout.bits_stored, layout.bits_stored),
+    };
+    // Left to the top of 64 bits, then back down with or without the sign.
+    let up = 64 - bits - shift;
+    let down = 64 - bits;
+    let signed = layout.kind == SampleKind::Signed;
+    let mut value = |index: usize, raw: u64| {
+        let top = raw << up;
+        put(index, if signed { top as i64 >> down } else { (top >> down) as i64 });
+    };
+    match layout.bytes {
+        1 => {
+            for index in 0..n {
+                let at = if layout.swapped_pairs { index ^ 1 } else { index };
+                value(index, u64::from(stored.get(at).copied().unwrap_or(0)));
+            }
+        }
+        2 => {
+            for (index, bytes) in stored.chunks_exact(2).take(n).enumerate() {
+                let Some(&b) = bytes.first_chunk::<2>() else { continue };
+                let raw = if image.big { u16::from_be_bytes(b) } else { u16::from_le_bytes(b) };
+                value(index, u64::from(raw));
+            }
+        }
+        _ => {
+            for (index, bytes) in stored.chunks_exact(4).take(n).enumerate() {
+                let Some(&b) = bytes.first_chunk::<4>() else { continue };
+                let raw = if image.big { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) };
+                value(index, u64::from(raw));
+            }
+        }
+    }
+}

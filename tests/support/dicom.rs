@@ -1,0 +1,193 @@
+//! Writes DICOM: real headers, explicit VR little endian, phantom pixels of known shape.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::path::Path;
+
+use mcubes::geom::vec3::{Vec3, add, norm, scale, sub};
+
+/// Every patient attribute that is written holds this word, so that a leak can be searched for.
+pub(crate) const SECRET: &str = "SECRETWORD";
+
+/// An ellipsoid with axes along the patient's: real values rise through `LEVEL` at its surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ellipsoid {
+    /// Centre, LPS mm.
+    pub(crate) centre: Vec3,
+    /// Semi-axes, mm.
+    pub(crate) semi: Vec3,
+}
+
+impl Ellipsoid {
+    pub(crate) const LEVEL: f64 = 500.0;
+
+    /// 1000 well inside, 0 well outside, linear in between over 6 mm of the (first-order) distance
+    /// to the surface.
+    fn value(&self, point: Vec3) -> f64 {
+        (Self::LEVEL - self.distance(point) / 6.0 * 1000.0).clamp(0.0, 1000.0)
+    }
+
+    /// The distance to the surface, to first order; negative inside.
+    pub(crate) fn distance(&self, point: Vec3) -> f64 {
+        let p = sub(point, self.centre);
+        let once = norm([p[0] / self.semi[0], p[1] / self.semi[1], p[2] / self.semi[2]]);
+        let twice = norm([0, 1, 2].map(|a: usize| p[a] / (self.semi[a] * self.semi[a])));
+        if twice < 1e-9 { -self.semi[0] } else { once * (once - 1.0) / twice }
+    }
+
+    pub(crate) fn volume(&self) -> f64 {
+        4.0 / 3.0 * std::f64::consts::PI * self.semi[0] * self.semi[1] * self.semi[2]
+    }
+}
+
+/// A series of slices through an ellipsoid.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    pub(crate) uid: String,
+    pub(crate) number: u32,
+    pub(crate) cols: u16,
+    pub(crate) rows: u16,
+    /// Between rows, between columns, mm.
+    pub(crate) spacing: [f64; 2],
+    /// Along a row (rising columns) and along a column, LPS.
+    pub(crate) row: Vec3,
+    pub(crate) column: Vec3,
+    /// The first sample of each slice, LPS mm.
+    pub(crate) positions: Vec<Vec3>,
+    pub(crate) body: Ellipsoid,
+}
+
+impl Series {
+    /// Slices of 40 × 36 samples whose middle is the ellipsoid's centre, moved by `step` from one
+    /// to the next.
+    pub(crate) fn through(row: Vec3, column: Vec3, step: Vec3, n: usize) -> Self {
+        let body = Ellipsoid { centre: [11.0, -27.0, 43.0], semi: [17.0, 12.0, 14.0] };
+        let (cols, rows, spacing) = (40_u16, 36_u16, [1.3, 1.2]);
+        let corner = add(
+            scale(row, -f64::from(cols - 1) / 2.0 * spacing[1]),
+            scale(column, -f64::from(rows - 1) / 2.0 * spacing[0]),
+        );
+        let middle = (n - 1) as f64 / 2.0;
+        let position = |k: usize| add(add(body.centre, corner), scale(step, k as f64 - middle));
+        Self {
+            uid: "1.2.826.0.1.3680043.9.7.1".to_owned(),
+            number: 1,
+            cols,
+            rows,
+            spacing,
+            row,
+            column,
+            positions: (0..n).map(position).collect(),
+            body,
+        }
+    }
+
+    /// Axial slices 1.5 mm apart.
+    pub(crate) fn axial(n: usize) -> Self {
+        Self::through([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.5], n)
+    }
+
+    /// Writes one file a slice, in a scrambled order of names and instance numbers.
+    pub(crate) fn write(&self, folder: &Path) {
+        std::fs::create_dir_all(folder).unwrap();
+        let n = self.positions.len();
+        for k in 0..n {
+            let name = format!("I{:04}", (k * 7 + 3) % 1009);
+            std::fs::write(folder.join(name), self.image(k, n - k)).unwrap();
+        }
+    }
+
+    /// The bytes of one slice's file.
+    pub(crate) fn image(&self, k: usize, instance: usize) -> Vec<u8> {
+        let position = self.positions[k];
+        let mut pixels = Vec::new();
+        for j in 0..self.rows {
+            for i in 0..self.cols {
+                let point = add(
+                    position,
+                    add(
+                        scale(self.row, f64::from(i) * self.spacing[1]),
+                        scale(self.column, f64::from(j) * self.spacing[0]),
+                    ),
+                );
+                // Stored with a slope of 0.25 and an intercept of -100.
+                let stored = ((self.body.value(point) + 100.0) / 0.25).round() as u16;
+                pixels.extend(stored.to_le_bytes());
+            }
+        }
+        let decimals = |values: &[f64]| {
+            values.iter().map(|v| format!("{v:.9}")).collect::<Vec<_>>().join("\\")
+        };
+        let directions = [self.row, self.column].concat();
+        let mut data = Elements::default();
+        data.text((0x0008, 0x0008), *b"CS", "ORIGINAL\\PRIMARY\\AXIAL");
+        data.text((0x0008, 0x0016), *b"UI", "1.2.840.10008.5.1.4.1.1.2");
+        data.text((0x0008, 0x0018), *b"UI", &format!("{}.{instance}", self.uid));
+        data.text((0x0008, 0x0050), *b"SH", SECRET);
+        data.text((0x0008, 0x0060), *b"CS", "CT");
+        data.text((0x0008, 0x103E), *b"LO", "ellipsoid");
+        data.text((0x0010, 0x0010), *b"PN", SECRET);
+        data.text((0x0010, 0x0020), *b"LO", SECRET);
+        data.text((0x0018, 0x0050), *b"DS", "9.75");
+        data.text((0x0020, 0x000E), *b"UI", &self.uid);
+        data.text((0x0020, 0x0011), *b"IS", &self.number.to_string());
+        data.text((0x0020, 0x0013), *b"IS", &instance.to_string());
+        data.text((0x0020, 0x0032), *b"DS", &decimals(&position));
+        data.text((0x0020, 0x0037), *b"DS", &decimals(&directions));
+        data.text((0x0020, 0x0052), *b"UI", "1.2.826.0.1.3680043.9.7.0");
+        data.short((0x0028, 0x0002), 1);
+        data.text((0x0028, 0x0004), *b"CS", "MONOCHROME2");
+        data.short((0x0028, 0x0010), self.rows);
+        data.short((0x0028, 0x0011), self.cols);
+        data.text((0x0028, 0x0030), *b"DS", &decimals(&self.spacing));
+        data.short((0x0028, 0x0100), 16);
+        data.short((0x0028, 0x0101), 16);
+        data.short((0x0028, 0x0102), 15);
+        data.short((0x0028, 0x0103), 0);
+        data.text((0x0028, 0x1052), *b"DS", "-100");
+        data.text((0x0028, 0x1053), *b"DS", "0.25");
+        data.element((0x7FE0, 0x0010), *b"OW", &pixels);
+        file("1.2.840.10008.1.2.1", &data)
+    }
+}
+
+/// A data set being written, explicit VR little endian.
+#[derive(Default)]
+pub(crate) struct Elements(pub(crate) Vec<u8>);
+
+impl Elements {
+    pub(crate) fn element(&mut self, (group, element): (u16, u16), vr: [u8; 2], value: &[u8]) {
+        self.0.extend(group.to_le_bytes());
+        self.0.extend(element.to_le_bytes());
+        self.0.extend(vr);
+        let length = value.len() + value.len() % 2;
+        if matches!(&vr, b"OB" | b"OW" | b"SQ" | b"UN") {
+            self.0.extend([0, 0]);
+            self.0.extend((length as u32).to_le_bytes());
+        } else {
+            self.0.extend((length as u16).to_le_bytes());
+        }
+        self.0.extend(value);
+        if value.len() % 2 == 1 {
+            self.0.push(if &vr == b"UI" { 0 } else { b' ' });
+        }
+    }
+
+    pub(crate) fn text(&mut self, tag: (u16, u16), vr: [u8; 2], value: &str) {
+        self.element(tag, vr, value.as_bytes());
+    }
+
+    pub(crate) fn short(&mut self, tag: (u16, u16), value: u16) {
+        self.element(tag, *b"US", &value.to_le_bytes());
+    }
+}
+
+/// Preamble, file meta group and data set.
+pub(crate) fn file(syntax: &str, data: &Elements) -> Vec<u8> {
+    let mut meta = Elements::default();
+    meta.text((0x0002, 0x0002), *b"UI", "1.2.840.10008.5.1.4.1.1.2");
+    meta.text((0x0002, 0x0010), *b"UI", syntax);
+    let mut group = Elements::default();
+    group.element((0x0002, 0x0000), *b"UL", &(meta.0.len() as u32).to_le_bytes());
+    [&[0; 128], b"DICM".as_slice(), &group.0, &meta.0, &data.0].concat()
+}
