@@ -74,15 +74,22 @@ pub(crate) struct ExtractArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Surface")]
 pub(crate) struct SurfaceArgs {
-    /// Iso value in real units (HU for CT)
+    /// Iso value in real units (HU for CT); not needed for a volume of 0 and one other value
     #[arg(long, value_name = "V", value_parser = value::finite, allow_negative_numbers = true)]
     pub(crate) iso: Option<f64>,
+    /// Mesh where the stored value is one of a list (labels), instead of --iso
+    #[arg(long, value_name = "V[,V...]", value_parser = value::list, allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["iso", "invert"])]
+    pub(crate) mask: Option<std::vec::Vec<f64>>,
     /// Inside is below the iso value
     #[arg(long)]
     pub(crate) invert: bool,
     /// Leave the surface open where it leaves the volume
     #[arg(long)]
     pub(crate) open: bool,
+    /// Only samples in these index ranges: I0:I1,J0:J1,K0:K1, from 0, ends not included
+    #[arg(long, value_name = "RANGES", value_parser = value::index_ranges)]
+    pub(crate) crop: Option<[[usize; 2]; 3]>,
 }
 
 #[derive(Args, Debug)]

@@ -10,9 +10,9 @@ use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
 use crate::geom::Place;
-use crate::pipeline::{self, RunError, RunOptions};
+use crate::pipeline::{self, RunError, RunOptions, Side, SurfaceOptions};
 use crate::sink::MeshFile;
-use crate::source;
+use crate::source::{self, Volume};
 use crate::volume::Note;
 
 /// Meshes, and says what came of it. Gives back whether it was done.
@@ -49,7 +49,8 @@ fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
         Input::Path(path) => path.as_path(),
         Input::Stdin => Path::new("standard input"),
     };
-    let volume = input::open(&options.input, &options.reading, cancel)?;
+    let (surface, mut notes) = surface(options, source_path, cancel)?;
+    let volume = shaped(options, &surface, source_path, cancel)?;
     let meta = volume.meta.clone();
     let place = Place::new(&meta.grid, options.space)
         .map_err(|e| Error::at(source_path, RunError::from(e)))?;
@@ -66,13 +67,13 @@ fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
         cancel: cancel.clone(),
         progress: Some(&bar),
     };
-    let surfaces: Vec<(_, &mut dyn crate::sink::Sink)> = vec![(options.surface, &mut file)];
+    let surfaces: Vec<(_, &mut dyn crate::sink::Sink)> = vec![(surface, &mut file)];
     let reports = pipeline::extract(volume, &place, surfaces, &run);
     bar.finish();
     let report = match reports {
         Ok(reports) => reports.into_iter().next(),
         Err(RunError::IsoNotReached { .. }) => {
-            return Err(not_reached(options, source_path, cancel));
+            return Err(not_reached(options, &surface, source_path, cancel));
         }
         Err(error @ RunError::Sink(_)) => {
             return Err(match &options.output {
@@ -89,24 +90,59 @@ fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
         Output::File(path) => Error::at(path, e),
         Output::Stdout => Error::new(e),
     })?;
-    let mut notes = meta.notes.clone();
+    notes.extend(meta.notes.iter().cloned());
     notes.extend(report.notes.iter().cloned());
     if place.epsilon() > Place::COARSE_EPSILON {
         notes.push(Note::CoarseCoordinates { epsilon: place.epsilon() });
     }
-    Ok(Done { meta, report, notes, total_seconds: begun.elapsed().as_secs_f64() })
+    Ok(Done { iso: surface.iso, meta, report, notes, total_seconds: begun.elapsed().as_secs_f64() })
+}
+
+/// The surface that is meant. Without an iso value the volume is looked at: one of 0 and one other
+/// value has its surface halfway.
+fn surface(
+    options: &Extract,
+    path: &Path,
+    cancel: &Cancel,
+) -> Result<(SurfaceOptions, Vec<Note>), Error> {
+    if options.iso.is_some() || options.mask.is_some() {
+        return Ok((options.surface, Vec::new()));
+    }
+    let volume = input::open(&options.input, &options.reading, cancel)?;
+    let half = source::two_values(volume, cancel).map_err(|e| Error::at(path, e))?;
+    let Some(iso) = half else { return Err(Error::at(path, RunError::NoIso)) };
+    let note = Note::Other(format!("the volume holds two values: meshed at the half, {iso}"));
+    Ok((SurfaceOptions { iso, ..options.surface }, vec![note]))
+}
+
+/// The volume with what was asked of it done to it, and its padding out of the way.
+fn shaped(
+    options: &Extract,
+    surface: &SurfaceOptions,
+    path: &Path,
+    cancel: &Cancel,
+) -> Result<Volume<'static>, Error> {
+    let mut volume = input::open(&options.input, &options.reading, cancel)?;
+    if let Some(ranges) = options.crop {
+        let ranges = ranges.map(|[low, high]| low..high);
+        volume = source::crop(volume, &ranges).map_err(|e| Error::at(path, e))?;
+    }
+    if let Some(values) = &options.mask {
+        return Ok(source::mask(volume, values));
+    }
+    Ok(source::pad_out(volume, surface.iso, surface.side == Side::Below))
 }
 
 /// The error, with the range that the values do have, from a second look at the data.
-fn not_reached(options: &Extract, path: &Path, cancel: &Cancel) -> Error {
-    let iso = options.surface.iso;
+fn not_reached(options: &Extract, surface: &SurfaceOptions, path: &Path, cancel: &Cancel) -> Error {
+    let iso = surface.iso;
     let range = match &options.input {
-        Input::Path(_) => input::open(&options.input, &options.reading, cancel)
+        Input::Path(_) => shaped(options, surface, path, cancel)
             .ok()
             .and_then(|volume| source::survey(volume).ok())
             .and_then(|survey| survey.range),
         Input::Stdin => None,
     };
-    let error = RunError::IsoNotReached { iso, range, open: options.surface.open };
+    let error = RunError::IsoNotReached { iso, range, open: surface.open };
     Error::at(path, error)
 }

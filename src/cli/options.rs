@@ -60,6 +60,13 @@ pub(crate) enum Output {
 pub(crate) struct Extract {
     pub(crate) input: Input,
     pub(crate) reading: Reading,
+    /// Where no iso value was given the volume itself says it.
+    pub(crate) iso: Option<f64>,
+    /// The stored values that are inside, instead of an iso value.
+    pub(crate) mask: Option<Vec<f64>>,
+    /// Half-open ranges of indices.
+    pub(crate) crop: Option<[[usize; 2]; 3]>,
+    /// The rest of what the surface is.
     pub(crate) surface: SurfaceOptions,
     pub(crate) space: Space,
     pub(crate) mesh: MeshOptions,
@@ -73,12 +80,10 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     let how = "mcubes INPUT --iso V -o OUT; mcubes --help says more";
     let Some(input) = args.input.clone() else { return Err(Usage::new("no input").hint(how)) };
     let reading = reading(&args.reading)?;
-    let Some(iso) = args.surface.iso else {
-        return Err(Usage::new("no iso value: --iso is missing").hint(format!(
-            "--iso 300 for bone in CT; mcubes info {} suggests some",
-            input.display()
-        )));
-    };
+    let (iso, mask) = (args.surface.iso, args.surface.mask.clone());
+    if is_dash(&input) && iso.is_none() && mask.is_none() {
+        return Err(Usage::new("standard input is read once: --iso or --mask is missing"));
+    }
     let output = output(&args.output, &input)?;
     let space = match args.output.space {
         Some(SpaceArg::Ras) | None => Space::Ras,
@@ -88,7 +93,8 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     let format = format(&args.output, &output)?;
     let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let surface = SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(iso) };
+    let surface =
+        SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
     let input = if is_dash(&input) {
         if reading.raw.is_none() {
             return Err(Usage::new("standard input is read as raw samples, --dims is missing")
@@ -99,7 +105,20 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
         Input::Path(input)
     };
     let threads = at_least_one("--threads", args.threads)?.unwrap_or_else(processors);
-    Ok(Extract { input, reading, surface, space, mesh, output, threads, json: args.output.json })
+    let crop = args.surface.crop;
+    Ok(Extract {
+        input,
+        reading,
+        iso,
+        mask,
+        crop,
+        surface,
+        space,
+        mesh,
+        output,
+        threads,
+        json: args.output.json,
+    })
 }
 
 /// Understands which volume is meant, and the layout of a raw one.

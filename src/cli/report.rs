@@ -10,6 +10,7 @@ use crate::volume::{Meta, Note};
 
 /// A mesh that was written.
 pub(crate) struct Done {
+    pub(crate) iso: f64,
     pub(crate) meta: Meta,
     pub(crate) report: Report,
     pub(crate) notes: Vec<Note>,
@@ -37,7 +38,7 @@ impl Done {
 
 /// The object of a mesh that was written.
 pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
-    let Done { meta, report, notes, total_seconds } = done;
+    let Done { iso, meta, report, notes, total_seconds } = done;
     let measure = &report.measure;
     let output = match &options.output {
         Output::File(path) => path.display().to_string(),
@@ -58,7 +59,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "tilt": meta.series.as_ref().map_or(0.0, |s| s.tilt_degrees),
         "gaps": meta.gaps_mm,
         "stored": meta.stored.as_str(),
-        "iso": options.surface.iso,
+        "iso": iso,
         "method": "cubes",
         "space": options.space.as_str(),
         "output": output,

@@ -18,6 +18,28 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
 }
 
+/// Finite numbers divided by commas.
+pub(crate) fn list(text: &str) -> Result<Vec<f64>, String> {
+    text.split(',').map(finite).collect()
+}
+
+/// `A:B,C:D,E:F`: three half-open ranges of indices, none of them empty.
+pub(crate) fn index_ranges(text: &str) -> Result<[[usize; 2]; 3], String> {
+    let range = |text: &str| {
+        let (low, high) =
+            text.split_once(':').ok_or_else(|| format!("{text:?} is not a range FROM:TO"))?;
+        let index = |t: &str| t.trim().parse().map_err(|_| format!("{t:?} is not an index"));
+        let (low, high) = (index(low)?, index(high)?);
+        if low < high { Ok([low, high]) } else { Err(format!("the range {text} is empty")) }
+    };
+    let parts: Vec<&str> = text.split(',').collect();
+    let found = parts.len();
+    let parts: [&str; 3] =
+        parts.try_into().map_err(|_| format!("expected three ranges, found {found}"))?;
+    let [i, j, k] = parts.map(range);
+    Ok([i?, j?, k?])
+}
+
 /// Three numbers, written `1x2x3` or `1,2,3`.
 fn three<T>(text: &str, one: impl Fn(&str) -> Result<T, String>) -> Result<[T; 3], String> {
     let parts: Vec<&str> = text.split(['x', 'X', ',']).collect();
@@ -65,5 +87,8 @@ mod tests {
         assert!(dims("3x4").is_err());
         assert!(spacing("1x1x0").is_err());
         assert!(point("0,nan,1").is_err());
+        assert_eq!(index_ranges("0:2,3:9,1:2"), Ok([[0, 2], [3, 9], [1, 2]]));
+        assert!(index_ranges("2:2,0:1,0:1").is_err());
+        assert!(index_ranges("0:1,0:1").is_err());
     }
 }

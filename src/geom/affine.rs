@@ -46,6 +46,28 @@ impl Affine {
         self.rows.map(|r| r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3])
     }
 
+    /// The map that applies `first`, then `self`.
+    #[must_use]
+    pub fn after(&self, first: &Self) -> Self {
+        let turn = |v: Vec3| self.rows.map(|r| r[0] * v[0] + r[1] * v[1] + r[2] * v[2]);
+        let [i, j, k] = [0, 1, 2].map(|c| turn(first.column(c)));
+        Self::from_columns(i, j, k, self.apply(first.column(3)))
+    }
+
+    /// The map back; nothing where the map is not usable.
+    pub fn inverse(&self) -> Option<Self> {
+        if !self.is_usable() {
+            return None;
+        }
+        let [a, b, c] = [0, 1, 2].map(|n| self.column(n));
+        // Rows of the inverse are the cross products over the determinant (Cramer).
+        let d = self.determinant();
+        let rows = [cross(b, c), cross(c, a), cross(a, b)].map(|r| r.map(|v| v / d));
+        let o = self.column(3);
+        let rows = rows.map(|r| [r[0], r[1], r[2], -dot(r, o)]);
+        rows.iter().flatten().all(|v| v.is_finite()).then_some(Self { rows })
+    }
+
     /// Millimetres between samples along i, j, k.
     pub fn spacing(&self) -> Vec3 {
         [norm(self.column(0)), norm(self.column(1)), norm(self.column(2))]

@@ -8,6 +8,7 @@ mod dims;
 mod grid;
 mod orientation;
 mod place;
+mod regrid;
 mod space;
 pub mod vec3;
 
@@ -17,4 +18,5 @@ pub use dims::{Dims, DimsError};
 pub use grid::Grid;
 pub use orientation::orientation;
 pub use place::{Place, PlaceError};
+pub use regrid::RegridError;
 pub use space::Space;

@@ -44,7 +44,7 @@ impl Place {
     /// [`PlaceError::OutOfRange`] where `f32` coordinates are too coarse for the promise that no
     /// two vertices coincide.
     pub fn new(grid: &Grid, space: Space) -> Result<Self, PlaceError> {
-        let grid = in_space(grid, space);
+        let grid = grid.in_space(space);
         let across = grid.plane_origins.as_ref().map_or(grid.affine.column(2), |_| {
             let last = grid.dims.nz() as i64;
             super::vec3::sub(grid.plane_origin(last), grid.plane_origin(-1))
@@ -83,22 +83,6 @@ impl Place {
     /// ε: how near a vertex may come to an end of its grid edge, as a part of the edge.
     pub fn epsilon(&self) -> f64 {
         self.epsilon
-    }
-}
-
-/// The same grid with its map followed by the map from RAS to `space`.
-fn in_space(grid: &Grid, space: Space) -> Grid {
-    match space {
-        Space::Ras => grid.clone(),
-        Space::Voxel => Grid::new(grid.dims, Affine::IDENTITY),
-        Space::Lps => {
-            let turn = |p: Vec3| [-p[0], -p[1], p[2]];
-            let [x, y, z] = *grid.affine.rows();
-            let affine = Affine::from_rows([x.map(|v| -v), y.map(|v| -v), z]);
-            let plane_origins =
-                grid.plane_origins.as_ref().map(|o| o.iter().copied().map(turn).collect());
-            Grid { dims: grid.dims, affine, plane_origins }
-        }
     }
 }
 

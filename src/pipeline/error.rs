@@ -28,6 +28,9 @@ pub enum RunError {
         /// Whether the cap was left out.
         open: bool,
     },
+    /// No iso value was given, and the volume does not say one.
+    #[error("the volume holds more than two values: an iso value is needed")]
+    NoIso,
     /// More than a mesh file can count.
     #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]
     TooMany {
@@ -61,7 +64,7 @@ impl Failure for RunError {
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
             Self::Place(_) => Kind::OutOfRangeSpace,
-            Self::IsoNotReached { .. } => Kind::IsoNotReached,
+            Self::IsoNotReached { .. } | Self::NoIso => Kind::IsoNotReached,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Interrupted => Kind::Interrupted,
             Self::Internal(_) => Kind::Internal,
@@ -73,7 +76,10 @@ impl Failure for RunError {
             Self::Source(e) => e.hint(),
             Self::Sink(e) => e.hint(),
             Self::Place(_) => Some("--space voxel writes voxel indices instead".to_owned()),
-            Self::TooMany { .. } => Some("--crop or --downsample make the mesh smaller".to_owned()),
+            Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
+            Self::NoIso => {
+                Some("--iso 300 for bone in CT; mcubes info FILE suggests some".to_owned())
+            }
             _ => None,
         }
     }

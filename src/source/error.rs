@@ -1,5 +1,6 @@
 //! What can be wrong with an input.
 
+use super::WrapError;
 use super::nifti::NiftiError;
 use super::raw::RawError;
 use crate::error::{Failure, Kind};
@@ -92,6 +93,9 @@ pub enum SourceError {
     /// A DICOM file or series.
     #[error(transparent)]
     Dicom(Box<super::dicom::DicomError>),
+    /// A step that wraps a source cannot be taken.
+    #[error(transparent)]
+    Wrap(#[from] WrapError),
     /// Anything else: a stable kind, one line, and perhaps a hint. For layers whose own enums give
     /// the values; not to be used where a variant says more.
     #[error("{message}")]
@@ -127,6 +131,7 @@ impl Failure for SourceError {
             Self::GzipDamaged { .. } => Kind::CorruptCompression,
             Self::PlaneBuffer => Kind::Internal,
             Self::Dicom(e) => e.kind(),
+            Self::Wrap(e) => e.kind(),
             Self::Other { kind, .. } => *kind,
         }
     }
@@ -146,6 +151,7 @@ impl Failure for SourceError {
             }
             Self::Nifti(e) => return e.hint(),
             Self::Raw(e) => return e.hint(),
+            Self::Wrap(e) => return e.hint(),
             Self::Dicom(e) => return e.hint(),
             Self::Other { hint, .. } => return hint.clone(),
             _ => return None,

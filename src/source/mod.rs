@@ -15,12 +15,14 @@ mod open;
 mod raw;
 mod stream;
 mod survey;
+mod wrap;
 
 pub use error::SourceError;
 pub use nifti::NiftiError;
 pub use open::{Content, MAX_LISTED_VOLUMES, OpenOptions, open, sniff, volumes};
 pub use raw::{RawError, RawInput, RawOptions, SizeMismatch, open_raw};
 pub use survey::survey;
+pub use wrap::{WrapError, crop, is_active, mask, pad_out, two_values};
 
 use ndarray::{ArrayView3, ArrayViewMut2};
 
@@ -50,6 +52,21 @@ pub trait PositionedPlanes<T>: Send + Sync {
     /// # Errors
     /// Data that end early or do not decode.
     fn read_plane(&self, k: usize, out: ArrayViewMut2<'_, T>) -> Result<(), SourceError>;
+
+    /// Fills `out` (rows × `nx`, contiguous, i fastest) with rows `first..` of plane `k`, and says
+    /// true; or says false and reads nothing, where only whole planes can be had.
+    ///
+    /// # Errors
+    /// Data that end early or do not decode.
+    fn read_rows(
+        &self,
+        k: usize,
+        first: usize,
+        out: ArrayViewMut2<'_, T>,
+    ) -> Result<bool, SourceError> {
+        let _ = (k, first, out);
+        Ok(false)
+    }
 }
 
 /// The samples of one volume, by the way they can be had.

@@ -14,6 +14,7 @@ mod dicom_synthetic;
 mod jpegls;
 mod nifti;
 mod nifti_hostile;
+mod oracle;
 mod order;
 mod raw;
 mod readers;

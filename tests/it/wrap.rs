@@ -1,1 +1,5 @@
-//! Sources that wrap a source: crop, blur, downsample, masks, formulas.
+//! Sources that wrap a source: crop, mask, padding, downsample, blur, formulas.
+
+mod crop;
+mod labels;
+mod sources;

@@ -3,9 +3,11 @@
 
 pub mod expected;
 pub mod planes;
+pub mod random;
 
 pub(crate) mod dicom;
 pub mod manifold;
+pub mod oracle;
 
 use std::path::{Path, PathBuf};
 

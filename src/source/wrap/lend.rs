@@ -1,0 +1,173 @@
+//! What the steps share: planes had one way or the other, buffers that come back, a step from one
+//! plane to one plane.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::{Mutex, PoisonError};
+
+use ndarray::{ArrayView3, ArrayViewMut2, Axis};
+
+use super::WrapError;
+use crate::error::Kind;
+use crate::geom::Dims;
+use crate::source::{OrderedPlanes, Planes, PositionedPlanes, SourceError};
+use crate::volume::{Note, Sample};
+
+/// A mistake of the program itself.
+pub(super) fn internal(message: &str) -> SourceError {
+    SourceError::Other {
+        kind: Kind::Internal,
+        message: format!("internal error: {message}"),
+        hint: None,
+    }
+}
+
+/// The samples of a plane that was lent, i fastest.
+pub(super) fn samples<'o, T>(
+    out: &'o mut ArrayViewMut2<'_, T>,
+    n: usize,
+) -> Result<&'o mut [T], SourceError> {
+    let samples = out.as_slice_mut().filter(|s| s.len() == n);
+    samples.ok_or_else(|| internal("a plane was lent that is not contiguous or not of its size"))
+}
+
+/// A slice of `ny` rows as a plane to be filled.
+pub(super) fn plane<T>(samples: &mut [T], nx: usize) -> Result<ArrayViewMut2<'_, T>, SourceError> {
+    let ny = samples.len() / nx.max(1);
+    ArrayViewMut2::from_shape((ny, nx), samples).map_err(|_| internal("a plane of another size"))
+}
+
+/// Buffers of one length that are lent and come back.
+pub(super) struct Pool<T> {
+    len: usize,
+    free: Mutex<Vec<Vec<T>>>,
+}
+
+impl<T: Sample> Pool<T> {
+    pub(super) fn new(len: usize) -> Self {
+        Self { len, free: Mutex::default() }
+    }
+
+    /// A buffer with anything in it.
+    pub(super) fn lend(&self) -> Result<Lent<'_, T>, SourceError> {
+        let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let buffer = match free {
+            Some(buffer) => buffer,
+            None => buffer(self.len)?,
+        };
+        Ok(Lent { pool: self, buffer })
+    }
+}
+
+/// `len` samples of the type's default, or an error where there is no memory for them.
+pub(super) fn buffer<T: Sample>(len: usize) -> Result<Vec<T>, WrapError> {
+    let mut buffer = Vec::new();
+    let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
+    buffer.try_reserve_exact(len).map_err(|_| WrapError::Memory(bytes))?;
+    buffer.resize(len, T::default());
+    Ok(buffer)
+}
+
+/// A buffer on loan.
+pub(super) struct Lent<'p, T> {
+    pool: &'p Pool<T>,
+    buffer: Vec<T>,
+}
+
+impl<T> Deref for Lent<'_, T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        &self.buffer
+    }
+}
+
+impl<T> DerefMut for Lent<'_, T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.buffer
+    }
+}
+
+impl<T> Drop for Lent<'_, T> {
+    fn drop(&mut self) {
+        let buffer = std::mem::take(&mut self.buffer);
+        self.pool.free.lock().unwrap_or_else(PoisonError::into_inner).push(buffer);
+    }
+}
+
+/// Planes in memory, copied out one by one.
+struct Array<'a, T>(ArrayView3<'a, T>);
+
+impl<T: Sample> PositionedPlanes<T> for Array<'_, T> {
+    fn read_plane(&self, k: usize, mut out: ArrayViewMut2<'_, T>) -> Result<(), SourceError> {
+        if k >= self.0.len_of(Axis(0)) || out.shape() != &self.0.shape()[1..] {
+            return Err(internal("a plane that the array does not have"));
+        }
+        out.assign(&self.0.index_axis(Axis(0), k));
+        Ok(())
+    }
+}
+
+/// The planes by the two ways there are; those in memory can be had in any order.
+pub(super) enum Either<'a, T> {
+    Ordered(Box<dyn OrderedPlanes<T> + 'a>),
+    Positioned(Box<dyn PositionedPlanes<T> + 'a>),
+}
+
+impl<'a, T: Sample> From<Planes<'a, T>> for Either<'a, T> {
+    fn from(planes: Planes<'a, T>) -> Self {
+        match planes {
+            Planes::Ordered(inner) => Self::Ordered(inner),
+            Planes::Positioned(inner) => Self::Positioned(inner),
+            Planes::Resident(view) => Self::Positioned(Box::new(Array(view))),
+        }
+    }
+}
+
+/// Planes each of which is made from one plane.
+struct Mapped<I, T, F> {
+    inner: I,
+    dims: Dims,
+    pool: Pool<T>,
+    step: F,
+}
+
+/// Turns each plane by `step`, from samples to samples in the same order.
+pub(super) fn map_planes<'a, T: Sample, U: Sample>(
+    planes: Planes<'a, T>,
+    dims: Dims,
+    step: impl Fn(&[T], &mut [U]) + Send + Sync + 'a,
+) -> Planes<'a, U> {
+    let pool = Pool::new(dims.plane_len());
+    match planes.into() {
+        Either::Ordered(inner) => Planes::Ordered(Box::new(Mapped { inner, dims, pool, step })),
+        Either::Positioned(inner) => {
+            Planes::Positioned(Box::new(Mapped { inner, dims, pool, step }))
+        }
+    }
+}
+
+impl<T: Sample, U: Sample, F: Fn(&[T], &mut [U]) + Send + Sync> OrderedPlanes<U>
+    for Mapped<Box<dyn OrderedPlanes<T> + '_>, T, F>
+{
+    fn next_plane(&mut self, mut out: ArrayViewMut2<'_, U>) -> Result<(), SourceError> {
+        let mut from = self.pool.lend()?;
+        self.inner.next_plane(plane(&mut from, self.dims.nx())?)?;
+        (self.step)(&from, samples(&mut out, self.dims.plane_len())?);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Vec<Note>, SourceError> {
+        self.inner.finish()
+    }
+}
+
+impl<T: Sample, U: Sample, F: Fn(&[T], &mut [U]) + Send + Sync> PositionedPlanes<U>
+    for Mapped<Box<dyn PositionedPlanes<T> + '_>, T, F>
+{
+    fn read_plane(&self, k: usize, mut out: ArrayViewMut2<'_, U>) -> Result<(), SourceError> {
+        let mut from = self.pool.lend()?;
+        self.inner.read_plane(k, plane(&mut from, self.dims.nx())?)?;
+        (self.step)(&from, samples(&mut out, self.dims.plane_len())?);
+        Ok(())
+    }
+}
