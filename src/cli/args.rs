@@ -40,6 +40,14 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Verify that meshes are closed, manifold and wound outward
     Check(CheckArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        #[arg(value_name = "SHELL")]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, in roff
+    Man,
 }
 
 #[derive(Args, Debug)]
@@ -75,7 +83,7 @@ pub(crate) struct ExtractArgs {
 #[command(next_help_heading = "Surface")]
 pub(crate) struct SurfaceArgs {
     /// Iso value in real units (HU for CT); not needed for a volume of 0 and one other value
-    #[arg(long, value_name = "V", value_parser = value::finite, allow_negative_numbers = true)]
+    #[arg(long, value_name = "V", value_parser = value::finite, allow_hyphen_values = true)]
     pub(crate) iso: Option<f64>,
     /// Mesh where the stored value is one of a list (labels), instead of --iso
     #[arg(long, value_name = "V[,V...]", value_parser = value::list, allow_hyphen_values = true)]
