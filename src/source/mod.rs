@@ -22,7 +22,7 @@ pub use nifti::NiftiError;
 pub use open::{Content, MAX_LISTED_VOLUMES, OpenOptions, open, sniff, volumes};
 pub use raw::{RawError, RawInput, RawOptions, SizeMismatch, open_raw};
 pub use survey::survey;
-pub use wrap::{WrapError, crop, is_active, mask, pad_out, two_values};
+pub use wrap::{WrapError, blur, crop, downsample, formula, is_active, mask, pad_out, two_values};
 
 use ndarray::{ArrayView3, ArrayViewMut2};
 

@@ -7,7 +7,9 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod cells;
 mod cli;
+mod convergence;
 mod dicom;
 mod dicom_hostile;
 mod dicom_synthetic;

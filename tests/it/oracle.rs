@@ -127,6 +127,21 @@ fn hold_cells(n: usize, n_digital: usize) {
     tally.report("cells");
 }
 
+/// Integers from -2 to 2, so that samples lie at the iso value and faces and cells tie.
+fn hold_integers(n: usize) {
+    let mut random = Random::new(4);
+    for i in 0..n {
+        let values = (0..125).map(|_| random.below(5) as f64 - 2.0).collect();
+        let (vertices, triangles) = mesh(&Field { dims: [5; 3], values });
+        assert_clean(&vertices, &triangles, &format!("integers {i}"));
+    }
+}
+
+#[test]
+fn integer_grids_are_closed_manifold_and_stay_so_where_equal_points_are_joined() {
+    hold_integers(1000);
+}
+
 #[test]
 fn random_grids_have_the_interpolants_topology() {
     hold_noise(1500, 20);
@@ -144,11 +159,12 @@ fn cells_of_all_cases_have_the_interpolants_topology() {
 
 /// `cargo test --release --test it oracle -- --ignored`
 #[test]
-#[ignore = "the whole of what the tests above sample; an hour without --release"]
-fn ten_thousand_grids_have_the_interpolants_topology() {
-    hold_noise(100_000, 10_000);
-    hold_waves(10_000, 300);
-    hold_cells(40_000, 200);
+#[ignore = "the whole of what the tests above sample; minutes"]
+fn twenty_thousand_grids_and_a_million_cells_have_the_interpolants_topology() {
+    hold_noise(20_000, 1_000);
+    hold_waves(2_000, 30);
+    hold_cells(4_000, 10);
+    hold_integers(20_000);
 }
 
 /// Balls, a cavity, a ring: shapes whose topology needs no oracle.

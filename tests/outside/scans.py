@@ -1,4 +1,4 @@
-"""Real scans: the CT head of testdata against nibabel and scipy, and real DICOM studies, where there are any, against SimpleITK."""
+"""Scans: the CT head of testdata against nibabel and scipy, and DICOM series against SimpleITK."""
 
 import nibabel
 import numpy as np
@@ -14,7 +14,7 @@ ISO = 300
 def crossings(samples, iso):
     """Points, in sample units, where linear interpolation meets the iso value on each grid edge whose ends differ.
 
-    A layer of outside lies around the volume; its edges are crossed at the outermost sample, as far as this tells.
+    Each lies at least 2^-10 of a step from both ends. A layer of outside lies around the volume.
     """
     found = []
     values = np.pad(samples.astype(np.float64), 1, constant_values=-np.inf)
@@ -24,7 +24,7 @@ def crossings(samples, iso):
         a, b = low[tuple(index.T)], high[tuple(index.T)]
         with np.errstate(invalid="ignore"):
             t = (iso - a) / (b - a)
-        t = np.where(np.isneginf(a), 1, np.where(np.isneginf(b), 0, t))
+        t = np.where(np.isneginf(a), 1, np.where(np.isneginf(b), 0, t)).clip(2**-10, 1 - 2**-10)
         points = index.astype(np.float64) - 1
         points[:, axis] += t
         found.append(points)
@@ -38,10 +38,8 @@ result = judge.mesh([path, "--iso", ISO], "CT head")
 if result is not None:
     points, faces = result
     wanted = nibabel.affines.apply_affine(image.affine, crossings(samples, ISO))
-    step = np.sqrt((image.affine[:3, :3] ** 2).sum(axis=0)).max()
-    # A vertex keeps 2^-10 of a step from the ends of its edge.
     away, nearest = cKDTree(points).query(wanted)
-    judge.near(away.max(), 0, step * 2**-9, "CT head: a vertex at every crossing that nibabel's affine and linear interpolation give, mm")
+    judge.near(away.max(), 0, 1e-4, "CT head: a vertex at every crossing that nibabel's affine and linear interpolation give, mm")
     extra = len(points) - len(wanted)
     judge.expect(len(np.unique(nearest)) == len(wanted), "CT head: one vertex for each crossing")
     judge.expect(0 <= extra <= 0.01 * len(points), f"CT head: {extra} vertices beyond the crossings, for tunnels and cell faces")
@@ -50,54 +48,48 @@ if result is not None:
     judge.expect(0.8 * box < volume < 1.2 * box, f"CT head: encloses {volume:.0f} mm3, the samples inside have {box:.0f}")
     judge.say(f"CT head at {ISO}: {len(points)} vertices ({extra} beyond the crossings), {len(faces)} triangles, Euler number {euler(points, faces)}")
     judge.say(f"furthest from nibabel and linear interpolation: {away.max():.2e} mm; {area:.0f} mm2, {volume:.0f} mm3")
-for iso in (-200.5, 0, 1000):
+for iso in (-200.5, 1000):
     judge.mesh([path, "--iso", iso], f"CT head at {iso}")
-judge.mesh([path, "--iso", -200, "--invert"], "CT head, air")
 
 for kind, more in (("ply", ()), ("stl", ()), ("obj", ()), ("ply", ("--ascii",)), ("stl", ("--ascii",))):
     meshes = []
-    for threads in (1, 2, 7):
+    for threads in (1, 2, 7) if not more else (2,):
         out = judge.folder / f"threads.{kind}"
         if judge.run([path, "--iso", ISO, "--threads", threads, *more], out, f"CT head on {threads} threads as {kind}"):
             meshes.append(out.read_bytes())
-    judge.expect(len(meshes) == 3 and len(set(meshes)) == 1, f"CT head as {kind} {' '.join(more)}: the same bytes for 1, 2 and 7 threads")
+    if not more:
+        judge.expect(len(meshes) == 3 and len(set(meshes)) == 1, f"CT head as {kind}: the same bytes for 1, 2 and 7 threads")
     if (kind, more) in (("obj", ()), ("ply", ("--ascii",))) and result is not None and meshes:
         found = judge.look(out, f"CT head as {kind} {' '.join(more)}")
         same = len(found[0]) == len(result[0]) and np.array_equal(found[0].astype(np.float32), result[0].astype(np.float32))
         judge.expect(same, f"CT head as {kind} {' '.join(more)}: the same vertices, to the bit, as binary PLY")
 judge.say("the same bytes for 1, 2 and 7 threads; text holds the same numbers")
 
-studies = ROOT / ".." / "shared" / "data" / "dicom" / "real"
-if studies.is_dir():
-    done = 0
-    for folder in sorted(p for p in studies.iterdir() if p.is_dir()):
-        reader = SimpleITK.ImageSeriesReader()
-        names = max((reader.GetGDCMSeriesFileNames(str(folder), s) for s in reader.GetGDCMSeriesIDs(str(folder))), key=len, default=())
-        if len(names) < 8:
-            continue
-        reader.SetFileNames(names)
-        try:
-            image = reader.Execute()
-        except RuntimeError:
-            judge.skip(f"DICOM {folder.name}: SimpleITK cannot read it")
-            continue
-        values = SimpleITK.GetArrayViewFromImage(image)
-        if image.GetDimension() != 3 or values.ndim != 3:
-            continue
-        iso = float(np.percentile(values, 90)) + 0.5
-        mesh = judge.mesh([folder, "--iso", iso], f"DICOM {folder.name}")
-        if mesh is None:
-            continue
-        done += 1
-        size = np.array(image.GetSize()) - 1
-        corners = [image.TransformContinuousIndexToPhysicalPoint([float(c) for c in size * k]) for k in np.ndindex(2, 2, 2)]
-        corners = np.array(corners) * (-1, -1, 1)
-        lower, upper, slack = corners.min(axis=0), corners.max(axis=0), 0.02 * max(image.GetSpacing())
-        low, high = mesh[0].min(axis=0), mesh[0].max(axis=0)
-        inside = (low >= lower - slack).all() and (high <= upper + slack).all()
-        judge.expect(inside, f"DICOM {folder.name}: {low} to {high} lies in SimpleITK's {lower} to {upper}")
-        judge.say(f"DICOM {folder.name}: {len(names)} slices at {iso:g}, {len(mesh[1])} triangles, inside SimpleITK's bounds")
-    judge.expect(done > 0, "at least one real DICOM study became a mesh")
-else:
-    judge.skip("real DICOM studies: they are not in this checkout")
+more = ROOT / ".." / "shared" / "data" / "dicom" / "real"
+studies = [ROOT / "testdata" / "dicom" / name for name in ("good-series", "mr-anisotropic-rescale")]
+studies += [more / name for name in ("philips-head-3mm", "philips-tilt-minus18")]
+done = 0
+for folder in studies:
+    if not folder.is_dir():
+        judge.skip(f"DICOM {folder.name}: it is not in this checkout")
+        continue
+    reader = SimpleITK.ImageSeriesReader()
+    series = [reader.GetGDCMSeriesFileNames(str(folder), s) for s in reader.GetGDCMSeriesIDs(str(folder))]
+    reader.SetFileNames(max(series, key=len))
+    image = reader.Execute()
+    values = SimpleITK.GetArrayViewFromImage(image)
+    iso = float(values.min() + 0.4 * (float(values.max()) - float(values.min())))
+    mesh = judge.mesh([folder, "--iso", iso], f"DICOM {folder.name}")
+    if mesh is None:
+        continue
+    done += 1
+    size = np.array(image.GetSize()) - 1
+    corners = [image.TransformContinuousIndexToPhysicalPoint([float(c) for c in size * k]) for k in np.ndindex(2, 2, 2)]
+    corners = np.array(corners) * (-1, -1, 1)
+    lower, upper, slack = corners.min(axis=0), corners.max(axis=0), 0.02 * max(image.GetSpacing())
+    low, high = mesh[0].min(axis=0), mesh[0].max(axis=0)
+    inside = (low >= lower - slack).all() and (high <= upper + slack).all()
+    judge.expect(inside, f"DICOM {folder.name}: {low} to {high} lies in SimpleITK's {lower} to {upper}")
+    judge.say(f"DICOM {folder.name}: {len(values)} slices at {iso:g}, {len(mesh[1])} triangles, inside SimpleITK's bounds")
+judge.expect(done > 0, "at least one DICOM series became a mesh")
 judge.finish()

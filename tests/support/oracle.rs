@@ -100,7 +100,8 @@ impl Field {
         let twist = a + c - b - d;
         let (u, v) = ((a - d) / twist, (a - b) / twist);
         count.near(inset(&[u, v]));
-        if !(inset(&[u, v]) > 0.0) {
+        let is_within = inset(&[u, v]) > 0.0;
+        if !is_within {
             return;
         }
         let saddle = (a * c - b * d) / twist;
@@ -140,7 +141,8 @@ fn count_cell(v: &[f64; 8], count: &mut Count) {
     let h = v[7] - a - b - c - d - e - f - g;
     let (p, q, r) = (b - e * g / h, c - e * f / h, d - f * g / h);
     let square = -q * r / (h * p);
-    if !(square > 0.0 && square.is_finite()) {
+    let is_real = square > 0.0 && square.is_finite();
+    if !is_real {
         return;
     }
     for x in [square.sqrt(), -square.sqrt()] {

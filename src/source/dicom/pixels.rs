@@ -286,3 +286,72 @@ fn append_at(file: &File, offset: u64, length: u64, out: &mut Vec<u8>) -> Result
     out.truncate(before + filled);
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::blob::Blob;
+    use super::super::instance::{Scanned, scan_file};
+    use super::super::unpack;
+    use super::*;
+    use crate::volume::Rescale;
+
+    /// All real values of a file, frame after frame.
+    fn values(path: &Path) -> Option<Vec<f64>> {
+        let len = path.metadata().ok()?.len();
+        let blob = Blob::File { path: path.to_owned(), len };
+        let Scanned::Image(instance) = scan_file(blob, String::new()) else { return None };
+        let instance = [*instance];
+        let n = instance[0].frames.len();
+        let frames: Vec<FrameRef> = (0..n).map(|frame| FrameRef { instance: 0, frame }).collect();
+        let mut all = Vec::new();
+        for slice in Pixels::prepare(&frames, &instance).ok()? {
+            let (pixels, mut stored) = (slice.pixels?, Vec::new());
+            let image = pixels.read(slice.frame, &mut stored).ok()?;
+            let mut plane = vec![0.0; pixels.layout.n_samples()];
+            let rescale = Rescale::new(slice.slope, slice.inter)?;
+            unpack::real(&pixels.layout, &image, &stored, &mut plane, |v| rescale.real(v));
+            all.extend(plane);
+        }
+        Some(all)
+    }
+
+    #[test]
+    fn single_images_in_each_transfer_syntax_decode_to_what_pydicom_sees() {
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+        let Ok(json) = std::fs::read(data.join("expected-dicom.json")) else {
+            eprintln!("skipped: ../shared/data/expected-dicom.json is not here");
+            return;
+        };
+        let expected: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        let mut compared = 0;
+        for (name, item) in expected["items"].as_object().unwrap() {
+            let path = data.join("dicom").join(name);
+            let volumes = item["series"][0]["volumes"].as_array();
+            let [volume] = volumes.map_or(&[][..], Vec::as_slice) else { continue };
+            // Frames in their stored order only.
+            let ordered = volume["slices"] == 1 || volume["geometry"] == "none";
+            if !path.is_file() || !ordered || volume["mean"].is_null() {
+                continue;
+            }
+            let Some(found) = values(&path) else {
+                eprintln!("not read: {name}");
+                continue;
+            };
+            compared += 1;
+            let of = |key: &str| volume[key].as_f64().unwrap();
+            if let Some(crc) = volume["crc32_f64"].as_str() {
+                let bytes: Vec<u8> = found.iter().flat_map(|v| v.to_le_bytes()).collect();
+                assert_eq!(format!("{:08x}", crc32fast::hash(&bytes)), crc, "{name}");
+            } else {
+                let most = found.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                let mean = found.iter().sum::<f64>() / found.len() as f64;
+                let tolerance = 0.02 * (of("max") - of("min"));
+                assert!((most - of("max")).abs() <= tolerance, "{name}: {most}");
+                assert!((mean - of("mean")).abs() <= tolerance / 10.0, "{name}: {mean}");
+            }
+        }
+        assert!(compared > 15, "{compared} compared");
+    }
+}

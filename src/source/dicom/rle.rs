@@ -28,6 +28,11 @@ pub(super) fn decode(frame: &[u8], n: usize, bytes: usize) -> Result<Vec<u8>, Rl
     if found as usize != bytes {
         return Err(RleError::Segments { found, wanted: bytes });
     }
+    // Two bytes stand for 128 samples at most: a claim beyond that is not worth its memory.
+    let most = frame.len().saturating_mul(64) / bytes.max(1);
+    if most < n {
+        return Err(RleError::Short { segment: 1, found: most, wanted: n });
+    }
     let mut out = vec![0; n * bytes];
     for segment in 0..bytes {
         let offset = |segment: usize| {

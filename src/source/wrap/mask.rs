@@ -27,19 +27,18 @@ fn marked<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, values: &[f64]) -> 
     // Few values are compared one by one, whole rows at a time; many are looked up where the type
     // is small enough for a table.
     let table = (named.len() > 4).then(|| table(&named)).flatten();
-    map_planes(planes, meta.grid.dims, move |from, to| match &table {
-        Some(table) => {
+    map_planes(planes, meta.grid.dims, move |from, to| {
+        if let Some(table) = &table {
             for (&x, mark) in from.iter().zip(to) {
                 let place = (x.ordinal() - T::FIRST) as usize;
                 *mark = table.get(place).copied().unwrap_or(0);
             }
+            return;
         }
-        None => {
-            to.fill(0);
-            for &value in &named {
-                for (&x, mark) in from.iter().zip(to.iter_mut()) {
-                    *mark |= u8::from(x == value);
-                }
+        to.fill(0);
+        for &value in &named {
+            for (&x, mark) in from.iter().zip(to.iter_mut()) {
+                *mark |= u8::from(x == value);
             }
         }
     })

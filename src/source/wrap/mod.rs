@@ -3,15 +3,22 @@
 //! Each is a function from a volume to a volume, streaming, in any order. Planes that could be had
 //! in any order still can, those in memory too; none of them holds the volume. None knows of files.
 
+mod blur;
 mod crop;
+mod downsample;
 mod error;
+mod formula;
+mod gaussian;
 mod lend;
 mod mask;
 mod padding;
 mod valid;
 
+pub use blur::blur;
 pub use crop::crop;
+pub use downsample::downsample;
 pub use error::WrapError;
+pub use formula::formula;
 pub use mask::{mask, two_values};
 pub use padding::{is_active, pad_out};
 

@@ -1,0 +1,164 @@
+//! Means of blocks of samples.
+
+use ndarray::ArrayViewMut2;
+
+use super::WrapError;
+use super::lend::{Either, Pool, plane, samples};
+use super::valid::Valid;
+use crate::geom::Dims;
+use crate::source::{AnyPlanes, OrderedPlanes, Planes, PositionedPlanes, SourceError, Volume};
+use crate::volume::{Meta, Note, Sample};
+use crate::with_planes;
+
+/// The mean of each block of `n` samples along i, j and k, at the block's centre; a last block that
+/// is short is averaged over what it has and keeps the grid's step. NaN and padding are left out; a
+/// block of nothing else is NaN.
+///
+/// Sums are made in `f64` of stored values, in one order whatever the threads, and divided once;
+/// the rescale stays, so real values are means of real values. Sums of integers are exact.
+///
+/// # Errors
+/// [`WrapError::Regrid`] where one of `n` is 0.
+///
+/// # Cost
+/// One plane of the source and, a thread, one row of blocks by the source's width in `f64`.
+pub fn downsample(volume: Volume<'_>, n: [usize; 3]) -> Result<Volume<'_>, SourceError> {
+    if n == [1; 3] {
+        return Ok(volume);
+    }
+    let Volume { mut meta, planes } = volume;
+    let grid = meta.grid.blocks(n).map_err(WrapError::from)?;
+    let planes = with_planes!(planes, inner => AnyPlanes::F64(means(inner, &meta, n)));
+    meta.gaps_mm = grid.gaps_mm();
+    meta.grid = grid;
+    meta.padding = None;
+    Ok(Volume { meta, planes })
+}
+
+fn means<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, n: [usize; 3]) -> Planes<'a, f64> {
+    let dims = meta.grid.dims;
+    let size = dims.to_array();
+    let n = [0, 1, 2].map(|a| n[a].min(size[a]));
+    let valid = Valid::new(meta);
+    let n_rows = dims.ny().div_ceil(n[1]);
+    let n_counts = if valid.all() { 0 } else { n_rows * dims.nx() };
+    let blocks = Blocks {
+        dims,
+        n,
+        valid,
+        planes: Pool::new(dims.plane_len()),
+        sums: Pool::new(n_rows * dims.nx()),
+        counts: Pool::new(n_counts),
+    };
+    match planes.into() {
+        Either::Ordered(inner) => Planes::Ordered(Box::new(Ordered { inner, blocks, next: 0 })),
+        Either::Positioned(inner) => Planes::Positioned(Box::new(Positioned { inner, blocks })),
+    }
+}
+
+/// The blocks, and buffers: planes of samples, and sums down the columns of blocks, the source's
+/// width by rows of blocks.
+struct Blocks<T> {
+    dims: Dims,
+    n: [usize; 3],
+    valid: Valid<T>,
+    planes: Pool<T>,
+    sums: Pool<f64>,
+    counts: Pool<f64>,
+}
+
+impl<T: Sample> Blocks<T> {
+    /// Makes plane `block` of means from the planes that `read` gives, first to last.
+    fn make(
+        &self,
+        block: usize,
+        mut out: ArrayViewMut2<'_, f64>,
+        mut read: impl FnMut(usize, ArrayViewMut2<'_, T>) -> Result<(), SourceError>,
+    ) -> Result<(), SourceError> {
+        let (nx, [ni, nj, nk]) = (self.dims.nx(), self.n);
+        let (n_columns, n_rows) = (nx.div_ceil(ni), self.dims.ny().div_ceil(nj));
+        let out = samples(&mut out, n_columns * n_rows)?;
+        let mut buffer = self.planes.lend()?;
+        let mut sums = self.sums.lend()?;
+        let mut counts = self.counts.lend()?;
+        sums.fill(0.0);
+        counts.fill(0.0);
+        let planes = block * nk..self.dims.nz().min((block + 1) * nk);
+        let n_planes = planes.len();
+        for k in planes {
+            read(k, plane(&mut buffer, nx)?)?;
+            self.add(&buffer, &mut sums, &mut counts);
+        }
+        for (row, out) in out.chunks_exact_mut(n_columns).enumerate() {
+            let sums = sums.chunks_exact(nx).nth(row).unwrap_or_default();
+            let height = nj.min(self.dims.ny() - row * nj) * n_planes;
+            if counts.is_empty() {
+                for (mean, block) in out.iter_mut().zip(sums.chunks(ni)) {
+                    *mean = block.iter().sum::<f64>() / (block.len() * height) as f64;
+                }
+            } else {
+                let counts = counts.chunks_exact(nx).nth(row).unwrap_or_default();
+                for ((mean, block), n) in out.iter_mut().zip(sums.chunks(ni)).zip(counts.chunks(ni))
+                {
+                    // 0 / 0 is the NaN that a block of nothing is.
+                    *mean = block.iter().sum::<f64>() / n.iter().sum::<f64>();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a plane's rows to the rows of blocks they are in, at full width.
+    fn add(&self, from: &[T], sums: &mut [f64], counts: &mut [f64]) {
+        let (nx, nj) = (self.dims.nx(), self.n[1]);
+        if counts.is_empty() {
+            for (rows, sums) in from.chunks(nx * nj).zip(sums.chunks_exact_mut(nx)) {
+                for row in rows.chunks_exact(nx) {
+                    for (&x, sum) in row.iter().zip(sums.iter_mut()) {
+                        *sum += x.to_f64();
+                    }
+                }
+            }
+            return;
+        }
+        let targets = sums.chunks_exact_mut(nx).zip(counts.chunks_exact_mut(nx));
+        for (rows, (sums, counts)) in from.chunks(nx * nj).zip(targets) {
+            for row in rows.chunks_exact(nx) {
+                for ((&x, sum), count) in row.iter().zip(sums.iter_mut()).zip(counts.iter_mut()) {
+                    let counts = self.valid.holds(x);
+                    *sum += if counts { x.to_f64() } else { 0.0 };
+                    *count += f64::from(u8::from(counts));
+                }
+            }
+        }
+    }
+}
+
+struct Ordered<'a, T> {
+    inner: Box<dyn OrderedPlanes<T> + 'a>,
+    blocks: Blocks<T>,
+    next: usize,
+}
+
+impl<T: Sample> OrderedPlanes<f64> for Ordered<'_, T> {
+    fn next_plane(&mut self, out: ArrayViewMut2<'_, f64>) -> Result<(), SourceError> {
+        let block = self.next;
+        self.next += 1;
+        self.blocks.make(block, out, |_, plane| self.inner.next_plane(plane))
+    }
+
+    fn finish(&mut self) -> Result<Vec<Note>, SourceError> {
+        self.inner.finish()
+    }
+}
+
+struct Positioned<'a, T> {
+    inner: Box<dyn PositionedPlanes<T> + 'a>,
+    blocks: Blocks<T>,
+}
+
+impl<T: Sample> PositionedPlanes<f64> for Positioned<'_, T> {
+    fn read_plane(&self, k: usize, out: ArrayViewMut2<'_, f64>) -> Result<(), SourceError> {
+        self.blocks.make(k, out, |k, plane| self.inner.read_plane(k, plane))
+    }
+}
