@@ -40,6 +40,14 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Verify that meshes are closed, manifold and wound outward
     Check(CheckArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        #[arg(value_name = "SHELL")]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, in roff
+    Man,
 }
 
 #[derive(Args, Debug)]

@@ -26,7 +26,7 @@ pub(crate) fn run(options: &Extract, term: Term, cancel: &Cancel) -> Result<(), 
             for note in &done.notes {
                 term.note(&note.to_string());
             }
-            term.summary(&done.summary());
+            term.summary(&done.summary(options));
             term.details(&done.details());
             if options.json {
                 Term::json(&report::done(&input, options, &done));
@@ -36,7 +36,7 @@ pub(crate) fn run(options: &Extract, term: Term, cancel: &Cancel) -> Result<(), 
         Err(error) => {
             Term::error(&error);
             if options.json {
-                Term::json(&report::failed(&input, &error));
+                Term::json(&report::failed("mcubes/1", &input, &error));
             }
             Err(error.kind())
         }

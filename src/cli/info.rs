@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::args::InfoArgs;
 use super::input;
 use super::options::{Input, Reading, Usage, reading};
-use super::report::affine;
+use super::report::{affine, failed};
 use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
@@ -35,6 +35,9 @@ pub(crate) fn run(args: &InfoArgs, cancel: &Cancel) -> Result<Result<(), Kind>, 
             Ok(volumes) => Term::text(&text(path, &volumes)),
             Err(error) => {
                 Term::error(&error);
+                if args.json {
+                    Term::json(&failed("mcubes-info/1", &path.display().to_string(), &error));
+                }
                 result = Err(error.kind());
             }
         }

@@ -14,7 +14,7 @@ mod value;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use args::{Cli, Command};
 use term::Term;
@@ -29,6 +29,19 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),
+        Some(Command::Completions { shell }) => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "mcubes", &mut script);
+            Term::text(&String::from_utf8_lossy(&script));
+            Ok(Ok(()))
+        }
+        Some(Command::Man) => {
+            let mut page = Vec::new();
+            // Writing to memory cannot fail.
+            let _ = clap_mangen::Man::new(Cli::command()).render(&mut page);
+            Term::text(&String::from_utf8_lossy(&page));
+            Ok(Ok(()))
+        }
         None => options::extract(&cli.extract).map(|options| extract::run(&options, term, &cancel)),
     };
     match result {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::options::{Extract, Output};
 use crate::error::Error;
-use crate::geom::{Affine, orientation};
+use crate::geom::{Affine, Space, orientation};
 use crate::pipeline::Report;
 use crate::volume::{Meta, Note};
 
@@ -18,11 +18,24 @@ pub(crate) struct Done {
 }
 
 impl Done {
-    pub(crate) fn summary(&self) -> String {
+    pub(crate) fn summary(&self, options: &Extract) -> String {
         let Report { n_vertices, n_triangles, measure, .. } = &self.report;
+        // Voxel coordinates have no unit.
+        let (square, cubic) = match options.space {
+            Space::Voxel => ("", ""),
+            Space::Ras | Space::Lps => (" mm²", " mm³"),
+        };
+        let to = match &options.output {
+            Output::File(path) => format!("{}: ", path.display()),
+            Output::Stdout => String::new(),
+        };
         format!(
-            "{n_triangles} triangles, {n_vertices} vertices, area {:.6e}, volume {:.6e}, {:.2} s",
-            measure.area, measure.volume, self.total_seconds
+            "{to}{} triangles, {} vertices, area {}{square}, volume {}{cubic}, {:.2} s",
+            grouped(*n_triangles),
+            grouped(*n_vertices),
+            measured(measure.area),
+            measured(measure.volume),
+            self.total_seconds
         )
     }
 
@@ -78,10 +91,10 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
     })
 }
 
-/// The object of a scan that could not be meshed.
-pub(crate) fn failed(input: &str, error: &Error) -> Value {
+/// The object of an input that failed, in the schema of the command.
+pub(crate) fn failed(schema: &str, input: &str, error: &Error) -> Value {
     json!({
-        "schema": "mcubes/1",
+        "schema": schema,
         "status": "failed",
         "input": input,
         "error": { "kind": error.kind().as_str(), "message": error.to_string(), "hint": error.hint() },
@@ -92,4 +105,29 @@ pub(crate) fn failed(input: &str, error: &Error) -> Value {
 pub(crate) fn affine(affine: &Affine) -> Value {
     let [x, y, z] = affine.rows();
     json!([x, y, z, [0.0, 0.0, 0.0, 1.0]])
+}
+
+/// A count with its thousands set apart: `26 214 400`.
+pub(crate) fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// An area or a volume with as many digits as are of use.
+pub(crate) fn measured(x: f64) -> String {
+    match x.abs() {
+        big if (1e4..1e15).contains(&big) => {
+            let sign = if x < 0.0 { "-" } else { "" };
+            format!("{sign}{}", grouped(big.round() as u64))
+        }
+        middle if (1.0..1e4).contains(&middle) => format!("{x:.2}"),
+        _ => format!("{x:.4e}"),
+    }
 }
