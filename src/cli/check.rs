@@ -22,16 +22,18 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Kind> {
                 if !is_ok(&topology) {
                     result = Err(Kind::Internal);
                 }
-                if args.json {
-                    Term::json(&object(path, &topology));
+                let told = if args.json {
+                    Term::json(&object(path, &topology))
                 } else {
-                    Term::text(&text(path, &topology));
-                }
+                    Term::text(&text(path, &topology))
+                };
+                result = told.and(result);
             }
             Err(error) => {
                 Term::error(&error);
                 if args.json {
-                    Term::json(&failed("mcubes-check/1", &path.display().to_string(), &error));
+                    let input = path.display().to_string();
+                    Term::json(&failed("mcubes-check/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
             }

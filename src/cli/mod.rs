@@ -1,11 +1,12 @@
 //! The command line: parses, calls the library, prints.
 
 mod args;
-mod bar;
+mod batch;
 mod check;
 mod extract;
 mod info;
 mod input;
+mod level;
 mod options;
 mod report;
 mod signals;
@@ -32,17 +33,15 @@ pub fn main() -> ExitCode {
         Some(Command::Completions { shell }) => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "mcubes", &mut script);
-            Term::text(&String::from_utf8_lossy(&script));
-            Ok(Ok(()))
+            Ok(Term::text(&String::from_utf8_lossy(&script)))
         }
         Some(Command::Man) => {
             let mut page = Vec::new();
             // Writing to memory cannot fail.
             let _ = clap_mangen::Man::new(Cli::command()).render(&mut page);
-            Term::text(&String::from_utf8_lossy(&page));
-            Ok(Ok(()))
+            Ok(Term::text(&String::from_utf8_lossy(&page)))
         }
-        None => options::extract(&cli.extract).map(|options| extract::run(&options, term, &cancel)),
+        None => options::run(&cli.extract).and_then(|run| batch::run(&run, term, &cancel)),
     };
     match result {
         Ok(Ok(())) => ExitCode::SUCCESS,

@@ -25,6 +25,8 @@ pub struct Study {
     pub faults: Vec<(String, FileFault)>,
     /// Files looked at.
     pub n_files: usize,
+    /// For each fault, whether a volume of its series is here, which then speaks of it.
+    told: Vec<bool>,
     root: PathBuf,
     instances: Arc<Vec<Instance>>,
 }
@@ -80,8 +82,11 @@ impl Study {
         note_neighbours(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
+        let has = |uid: &String| volumes.iter().any(|v| v.is_plausible() && v.series.uid == *uid);
+        let told = faults.iter().map(|(_, uid, _)| uid.as_ref().is_some_and(has)).collect();
         let faults = faults.into_iter().map(|(name, _, fault)| (name, fault)).collect();
         Self {
+            told,
             volumes,
             set_aside,
             faults,
@@ -152,6 +157,46 @@ impl Study {
         let pixels = Pixels::prepare(&candidate.frames, &self.instances)
             .map_err(|(name, fault)| self.file_error(&name, &fault, 0))?;
         Ok(Volume { planes: planes::open(pixels, &meta, candidate.uniform), meta })
+    }
+
+    /// The volumes that are meshed where all are asked for: those with slices in space, fit or not;
+    /// segmentations only where there is nothing else. Indices into `volumes`.
+    pub fn all(&self) -> Vec<usize> {
+        let plausible = || self.volumes.iter().enumerate().filter(|(_, v)| v.is_plausible());
+        let images: Vec<usize> =
+            plausible().filter(|(_, v)| !v.is_segmentation).map(|(i, _)| i).collect();
+        if images.is_empty() { plausible().map(|(i, _)| i).collect() } else { images }
+    }
+
+    /// The errors of files that cannot be used and that no volume here speaks of.
+    pub fn stray_faults(&self) -> Vec<Error> {
+        let strays = self.faults.iter().zip(&self.told).filter(|(_, told)| !**told);
+        strays
+            .map(|((name, fault), _)| {
+                let path =
+                    if self.root.is_dir() { self.root.join(name) } else { self.root.clone() };
+                Error::at(path, fault.clone())
+            })
+            .collect()
+    }
+
+    /// The folder, file or archive that was scanned.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The plain files that a volume is read from, in order and without doubles; the archive where
+    /// it lies in one.
+    pub fn files(&self, index: usize) -> Vec<PathBuf> {
+        let frames = self.volumes.get(index).map(|v| v.frames.as_slice()).unwrap_or_default();
+        let mut files: Vec<PathBuf> = frames
+            .iter()
+            .filter_map(|r| r.get(&self.instances))
+            .map(|(instance, _)| instance.blob.path().unwrap_or(&self.root).to_owned())
+            .collect();
+        files.sort();
+        files.dedup();
+        files
     }
 
     /// The files of a volume in the order of its slices, relative to the input, each with the

@@ -1,0 +1,245 @@
+//! From the inputs as typed to the volumes that are meant. Reads headers of DICOM and the first
+//! bytes of other files; no samples.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::board::Board;
+use super::{Found, Scan};
+use crate::cancel::Cancel;
+use crate::cli::options::{Run, is_dash};
+use crate::cli::report::Trouble;
+use crate::error::{Error, Kind};
+use crate::source::dicom::{self, Study};
+use crate::source::{self, Content};
+
+/// What the inputs hold.
+#[derive(Default)]
+pub(super) struct All {
+    pub(super) scans: Vec<Scan>,
+    /// Files below folders that are no volume and do not claim to be one.
+    pub(super) passed_over: usize,
+}
+
+/// All volumes that are meant, in the order of the inputs.
+///
+/// # Errors
+/// A stop that was asked for; nothing at all to be meshed.
+pub(super) fn find(run: &Run, board: &Board, cancel: &Cancel) -> Result<All, Trouble> {
+    let mut all = All::default();
+    let finder = Finder { run, board, cancel };
+    for input in &run.inputs {
+        let found = if run.recursive && input.is_dir() {
+            finder.below(input, &mut all)
+        } else {
+            finder.one(input, &mut all)
+        };
+        if let Err(error) = found {
+            if error.kind() == Kind::Interrupted {
+                return Err(error.into());
+            }
+            all.broken(input.clone(), PathBuf::new(), error);
+        }
+    }
+    board.clear();
+    Ok(all)
+}
+
+impl All {
+    fn broken(&mut self, path: PathBuf, parent: PathBuf, error: Error) {
+        self.scans.push(Scan { path, parent, volume: Found::Broken(error.into()) });
+    }
+}
+
+struct Finder<'a> {
+    run: &'a Run,
+    board: &'a Board,
+    cancel: &'a Cancel,
+}
+
+impl Finder<'_> {
+    /// One input that was typed.
+    fn one(&self, path: &Path, all: &mut All) -> Result<(), Error> {
+        let plain = |volume| Scan { path: path.to_owned(), volume, parent: PathBuf::new() };
+        let reading = &self.run.extract.reading;
+        if is_dash(path) {
+            all.scans.push(plain(Found::Stdin));
+        } else if reading.raw.is_none() && is_study(path)? {
+            let study = self.scan(path, |options| dicom::scan(path, options))?;
+            if reading.all_series {
+                add_study(study, Path::new(""), all);
+                return Ok(());
+            }
+            let index = match &reading.series {
+                Some(selector) => study.choose(selector)?,
+                None => study.default()?,
+            };
+            all.scans.push(plain(Found::Series { study: Arc::new(study), index, among: false }));
+        } else {
+            all.scans.push(plain(Found::File));
+        }
+        Ok(())
+    }
+
+    /// Everything below a folder.
+    fn below(&self, folder: &Path, all: &mut All) -> Result<(), Error> {
+        let tree = self.scan(folder, |options| dicom::scan_tree(folder, options))?;
+        let before = all.scans.len();
+        for study in tree.studies {
+            // A study is a folder of the output's tree by its place below the input.
+            let parent = parent_below(folder, study.root());
+            add_study(study, &parent, all);
+        }
+        for path in &tree.foreign {
+            if self.cancel.is_raised() {
+                return Err(interrupted(folder));
+            }
+            let parent = parent_below(folder, path);
+            if let Err(error) = self.foreign(path, &parent, &tree.foreign, all) {
+                all.broken(path.clone(), parent, error);
+            }
+        }
+        if let Some(found) = all.scans.get_mut(before..) {
+            found.sort_by(|a, b| a.path.cmp(&b.path));
+        }
+        Ok(())
+    }
+
+    /// A file below a folder that is no DICOM by itself.
+    fn foreign(
+        &self,
+        path: &Path,
+        parent: &Path,
+        beside: &[PathBuf],
+        all: &mut All,
+    ) -> Result<(), Error> {
+        let file =
+            || Scan { path: path.to_owned(), volume: Found::File, parent: parent.to_owned() };
+        let claim = Claim::of(path);
+        if self.run.extract.reading.raw.is_some() {
+            match claim {
+                Claim::Raw => all.scans.push(file()),
+                _ => all.passed_over += 1,
+            }
+            return Ok(());
+        }
+        match source::sniff(path) {
+            Ok(Content::Nifti) => {
+                // A pair is one volume, named by its header.
+                let parts = source::files(path);
+                let is_image = claim == Claim::Image;
+                if !(is_image && parts.iter().skip(1).any(|header| beside.contains(header))) {
+                    all.scans.push(file());
+                }
+            }
+            Ok(Content::Zip) => match self.scan(path, |options| dicom::scan(path, options)) {
+                Ok(study) => add_study(study, parent, all),
+                Err(e) if e.kind() == Kind::NoSeries => all.passed_over += 1,
+                Err(e) => return Err(e),
+            },
+            // It fails when it is opened, and says why.
+            Ok(_) | Err(_) if claim.is_volume() => all.scans.push(file()),
+            Err(e) if e.kind() == Kind::Unreadable => return Err(e),
+            Ok(_) | Err(_) => all.passed_over += 1,
+        }
+        Ok(())
+    }
+
+    fn scan<T>(
+        &self,
+        path: &Path,
+        scan: impl FnOnce(&dicom::ScanOptions<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let progress = |done| self.board.looked_at(path, done);
+        let options = dicom::ScanOptions { cancel: self.cancel.clone(), progress: Some(&progress) };
+        scan(&options)
+    }
+}
+
+/// Every volume of a study that should be meshed, and every file of it that should have been.
+fn add_study(study: Study, parent: &Path, all: &mut All) {
+    let path = study.root().to_owned();
+    for error in study.stray_faults() {
+        let path = error.path().unwrap_or(&path).to_owned();
+        // Of what lies in a folder the folder is the parent.
+        let parent = if path == study.root() { parent.to_owned() } else { below(parent, &study) };
+        all.broken(path, parent, error);
+    }
+    let indices = study.all();
+    if indices.is_empty() {
+        // Its files are all named already, or it holds nothing that could be a volume.
+        if let Err(error) = study.default()
+            && study.faults.is_empty()
+            && !study.volumes.is_empty()
+        {
+            all.broken(path, parent.to_owned(), error);
+        } else {
+            all.passed_over += study.set_aside.iter().map(|a| a.count).sum::<usize>();
+        }
+        return;
+    }
+    let study = Arc::new(study);
+    for index in &indices {
+        let files = study.files(*index);
+        // A volume that is one file is named like other files; any other like its folder.
+        let single = match files.as_slice() {
+            [file] if *file != path => Some(file.clone()),
+            _ => None,
+        };
+        let named_alike = |other: &usize| match &single {
+            Some(file) => study.files(*other) == [file.clone()],
+            None => study.files(*other).len() != 1,
+        };
+        let among = indices.iter().filter(|other| named_alike(other)).count() > 1;
+        all.scans.push(Scan {
+            parent: if single.is_some() { below(parent, &study) } else { parent.to_owned() },
+            path: single.unwrap_or_else(|| path.clone()),
+            volume: Found::Series { study: Arc::clone(&study), index: *index, among },
+        });
+    }
+}
+
+/// The folder of the output's tree that stands for a study's own.
+fn below(parent: &Path, study: &Study) -> PathBuf {
+    parent.join(study.root().file_name().unwrap_or_default())
+}
+
+fn is_study(path: &Path) -> Result<bool, Error> {
+    Ok(matches!(source::sniff(path)?, Content::Folder | Content::Dicom | Content::Zip))
+}
+
+/// The folder of a path, seen from the input folder.
+fn parent_below(folder: &Path, path: &Path) -> PathBuf {
+    let inner = path.strip_prefix(folder).unwrap_or(path);
+    inner.parent().unwrap_or(Path::new("")).to_owned()
+}
+
+fn interrupted(path: &Path) -> Error {
+    Error::at(path, crate::pipeline::RunError::Interrupted)
+}
+
+/// What a file says by its name that it is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Claim {
+    Volume,
+    Image,
+    Raw,
+    Nothing,
+}
+
+impl Claim {
+    fn of(path: &Path) -> Self {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let plain = name.strip_suffix(".gz").unwrap_or(&name);
+        match plain.rsplit_once('.').map(|(_, extension)| extension) {
+            Some("nii" | "hdr" | "dcm" | "dicom") => Self::Volume,
+            Some("img") => Self::Image,
+            Some("raw") => Self::Raw,
+            _ => Self::Nothing,
+        }
+    }
+
+    fn is_volume(self) -> bool {
+        matches!(self, Self::Volume | Self::Image)
+    }
+}
