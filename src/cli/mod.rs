@@ -3,6 +3,7 @@
 mod args;
 mod batch;
 mod check;
+mod config;
 mod extract;
 mod info;
 mod input;
@@ -15,7 +16,7 @@ mod value;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::CommandFactory;
 
 use args::{Cli, Command};
 use term::Term;
@@ -24,7 +25,17 @@ use crate::error::Kind;
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match config::parse(std::env::args_os().collect()) {
+        Ok(cli) => cli,
+        Err((error, is_json)) => {
+            Term::error(&error);
+            if is_json {
+                let input = error.path().map_or_else(String::new, |p| p.display().to_string());
+                Term::json(&report::failed("mcubes/1", &input, &error.into())).ok();
+            }
+            return ExitCode::from(2);
+        }
+    };
     let term = Term::new(&cli.common);
     let cancel = signals::cancel_on_signals();
     let result = match cli.command {

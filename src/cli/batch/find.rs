@@ -11,7 +11,7 @@ use crate::cli::options::{Run, is_dash};
 use crate::cli::report::Trouble;
 use crate::error::{Error, Kind};
 use crate::source::dicom::{self, Study};
-use crate::source::{self, Content};
+use crate::source::{self, Content, SourceError};
 
 /// What the inputs hold.
 #[derive(Default)]
@@ -38,7 +38,7 @@ pub(super) fn find(run: &Run, board: &Board, cancel: &Cancel) -> Result<All, Tro
             if error.kind() == Kind::Interrupted {
                 return Err(error.into());
             }
-            all.broken(input.clone(), PathBuf::new(), error);
+            all.broken(input.clone(), error);
         }
     }
     board.clear();
@@ -46,8 +46,9 @@ pub(super) fn find(run: &Run, board: &Board, cancel: &Cancel) -> Result<All, Tro
 }
 
 impl All {
-    fn broken(&mut self, path: PathBuf, parent: PathBuf, error: Error) {
-        self.scans.push(Scan { path, parent, volume: Found::Broken(error.into()) });
+    fn broken(&mut self, path: PathBuf, error: Error) {
+        let volume = Found::Broken(error.into());
+        self.scans.push(Scan { path, volume, parent: PathBuf::new() });
     }
 }
 
@@ -67,7 +68,7 @@ impl Finder<'_> {
         } else if reading.raw.is_none() && is_study(path)? {
             let study = self.scan(path, |options| dicom::scan(path, options))?;
             if reading.all_series {
-                add_study(study, Path::new(""), all);
+                add_study(study, path, reading.span_gaps, all);
                 return Ok(());
             }
             let index = match &reading.series {
@@ -84,24 +85,23 @@ impl Finder<'_> {
     /// Everything below a folder.
     fn below(&self, folder: &Path, all: &mut All) -> Result<(), Error> {
         let tree = self.scan(folder, |options| dicom::scan_tree(folder, options))?;
-        let before = all.scans.len();
+        let span_gaps = self.run.extract.reading.span_gaps;
+        let (before, passed_over) = (all.scans.len(), all.passed_over);
         for study in tree.studies {
-            // A study is a folder of the output's tree by its place below the input.
-            let parent = parent_below(folder, study.root());
-            add_study(study, &parent, all);
+            add_study(study, folder, span_gaps, all);
         }
         for path in &tree.foreign {
             if self.cancel.is_raised() {
                 return Err(interrupted(folder));
             }
-            let parent = parent_below(folder, path);
-            if let Err(error) = self.foreign(path, &parent, &tree.foreign, all) {
-                all.broken(path.clone(), parent, error);
+            if let Err(error) = self.foreign(path, folder, &tree.foreign, all) {
+                all.broken(path.clone(), error);
             }
         }
-        if let Some(found) = all.scans.get_mut(before..) {
-            found.sort_by(|a, b| a.path.cmp(&b.path));
-        }
+        let Some(found @ [_, ..]) = all.scans.get_mut(before..) else {
+            return Err(nothing_below(folder, all.passed_over - passed_over));
+        };
+        found.sort_by(|a, b| a.path.cmp(&b.path));
         Ok(())
     }
 
@@ -109,12 +109,15 @@ impl Finder<'_> {
     fn foreign(
         &self,
         path: &Path,
-        parent: &Path,
+        base: &Path,
         beside: &[PathBuf],
         all: &mut All,
     ) -> Result<(), Error> {
-        let file =
-            || Scan { path: path.to_owned(), volume: Found::File, parent: parent.to_owned() };
+        let file = || Scan {
+            path: path.to_owned(),
+            volume: Found::File,
+            parent: parent_below(base, path),
+        };
         let claim = Claim::of(path);
         if self.run.extract.reading.raw.is_some() {
             match claim {
@@ -133,10 +136,15 @@ impl Finder<'_> {
                 }
             }
             Ok(Content::Zip) => match self.scan(path, |options| dicom::scan(path, options)) {
-                Ok(study) => add_study(study, parent, all),
+                Ok(study) => {
+                    add_study(study, base, self.run.extract.reading.span_gaps, all);
+                }
                 Err(e) if e.kind() == Kind::NoSeries => all.passed_over += 1,
                 Err(e) => return Err(e),
             },
+            Ok(_) if claim == Claim::Dicom => {
+                self.scan(path, |options| dicom::scan(path, options))?;
+            }
             // It fails when it is opened, and says why.
             Ok(_) | Err(_) if claim.is_volume() => all.scans.push(file()),
             Err(e) if e.kind() == Kind::Unreadable => return Err(e),
@@ -156,52 +164,35 @@ impl Finder<'_> {
     }
 }
 
-/// Every volume of a study that should be meshed, and every file of it that should have been.
-fn add_study(study: Study, parent: &Path, all: &mut All) {
-    let path = study.root().to_owned();
+/// Every volume of a study that should be meshed, and every file of it that should have been;
+/// `base` is what the output's tree begins below.
+fn add_study(study: Study, base: &Path, span_gaps: bool, all: &mut All) {
+    let root = study.root().to_owned();
     for error in study.stray_faults() {
-        let path = error.path().unwrap_or(&path).to_owned();
-        // Of what lies in a folder the folder is the parent.
-        let parent = if path == study.root() { parent.to_owned() } else { below(parent, &study) };
-        all.broken(path, parent, error);
+        all.broken(error.path().unwrap_or(&root).to_owned(), error);
     }
-    let indices = study.all();
-    if indices.is_empty() {
-        // Its files are all named already, or it holds nothing that could be a volume.
-        if let Err(error) = study.default()
-            && study.faults.is_empty()
-            && !study.volumes.is_empty()
-        {
-            all.broken(path, parent.to_owned(), error);
-        } else {
-            all.passed_over += study.set_aside.iter().map(|a| a.count).sum::<usize>();
+    all.passed_over += study.set_aside.iter().map(|a| a.count).sum::<usize>();
+    let options = dicom::OpenOptions { span_gaps };
+    let mut fit = Vec::new();
+    for index in study.all() {
+        match study.refusal(index, &options) {
+            Some(error) => all.broken(root.clone(), error),
+            // A volume that is one file is named like other files, any other like its folder.
+            None => match <[PathBuf; 1]>::try_from(study.files(index)) {
+                Ok([file]) => fit.push((index, file)),
+                Err(_) => fit.push((index, root.clone())),
+            },
         }
-        return;
     }
     let study = Arc::new(study);
-    for index in &indices {
-        let files = study.files(*index);
-        // A volume that is one file is named like other files; any other like its folder.
-        let single = match files.as_slice() {
-            [file] if *file != path => Some(file.clone()),
-            _ => None,
-        };
-        let named_alike = |other: &usize| match &single {
-            Some(file) => study.files(*other) == [file.clone()],
-            None => study.files(*other).len() != 1,
-        };
-        let among = indices.iter().filter(|other| named_alike(other)).count() > 1;
+    for (index, path) in &fit {
+        let among = fit.iter().filter(|(_, other)| other == path).count() > 1;
         all.scans.push(Scan {
-            parent: if single.is_some() { below(parent, &study) } else { parent.to_owned() },
-            path: single.unwrap_or_else(|| path.clone()),
+            path: path.clone(),
             volume: Found::Series { study: Arc::clone(&study), index: *index, among },
+            parent: parent_below(base, path),
         });
     }
-}
-
-/// The folder of the output's tree that stands for a study's own.
-fn below(parent: &Path, study: &Study) -> PathBuf {
-    parent.join(study.root().file_name().unwrap_or_default())
 }
 
 fn is_study(path: &Path) -> Result<bool, Error> {
@@ -214,6 +205,15 @@ fn parent_below(folder: &Path, path: &Path) -> PathBuf {
     inner.parent().unwrap_or(Path::new("")).to_owned()
 }
 
+fn nothing_below(folder: &Path, n_files: usize) -> Error {
+    let error = SourceError::Other {
+        kind: Kind::NoSeries,
+        message: format!("none of the {n_files} files below this folder is a volume"),
+        hint: Some("raw samples are told by --dims and named .raw or .raw.gz".to_owned()),
+    };
+    Error::at(folder, error)
+}
+
 fn interrupted(path: &Path) -> Error {
     Error::at(path, crate::pipeline::RunError::Interrupted)
 }
@@ -223,6 +223,7 @@ fn interrupted(path: &Path) -> Error {
 enum Claim {
     Volume,
     Image,
+    Dicom,
     Raw,
     Nothing,
 }
@@ -232,7 +233,8 @@ impl Claim {
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let plain = name.strip_suffix(".gz").unwrap_or(&name);
         match plain.rsplit_once('.').map(|(_, extension)| extension) {
-            Some("nii" | "hdr" | "dcm" | "dicom") => Self::Volume,
+            Some("nii" | "hdr") => Self::Volume,
+            Some("dcm" | "dicom") => Self::Dicom,
             Some("img") => Self::Image,
             Some("raw") => Self::Raw,
             _ => Self::Nothing,

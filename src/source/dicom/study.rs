@@ -25,8 +25,8 @@ pub struct Study {
     pub faults: Vec<(String, FileFault)>,
     /// Files looked at.
     pub n_files: usize,
-    /// For each fault, whether a volume of its series is here, which then speaks of it.
-    told: Vec<bool>,
+    /// Faults that no volume here speaks of, one a series, with the number of others in it.
+    strays: Vec<(String, FileFault, usize)>,
     root: PathBuf,
     instances: Arc<Vec<Instance>>,
 }
@@ -82,11 +82,10 @@ impl Study {
         note_neighbours(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
-        let has = |uid: &String| volumes.iter().any(|v| v.is_plausible() && v.series.uid == *uid);
-        let told = faults.iter().map(|(_, uid, _)| uid.as_ref().is_some_and(has)).collect();
+        let strays = strays(&volumes, &faults);
         let faults = faults.into_iter().map(|(name, _, fault)| (name, fault)).collect();
         Self {
-            told,
+            strays,
             volumes,
             set_aside,
             faults,
@@ -160,24 +159,38 @@ impl Study {
     }
 
     /// The volumes that are meshed where all are asked for: those with slices in space, fit or not;
-    /// segmentations only where there is nothing else. Indices into `volumes`.
+    /// segmentations only where there is nothing else; where nothing has slices in space all that
+    /// there is. Indices into `volumes`.
     pub fn all(&self) -> Vec<usize> {
         let plausible = || self.volumes.iter().enumerate().filter(|(_, v)| v.is_plausible());
         let images: Vec<usize> =
             plausible().filter(|(_, v)| !v.is_segmentation).map(|(i, _)| i).collect();
-        if images.is_empty() { plausible().map(|(i, _)| i).collect() } else { images }
+        if !images.is_empty() {
+            return images;
+        }
+        let segmentations: Vec<usize> = plausible().map(|(i, _)| i).collect();
+        if segmentations.is_empty() { (0..self.volumes.len()).collect() } else { segmentations }
     }
 
-    /// The errors of files that cannot be used and that no volume here speaks of.
+    /// The errors of files that cannot be used and that no volume here speaks of: one a series, at
+    /// the path of its first file.
     pub fn stray_faults(&self) -> Vec<Error> {
-        let strays = self.faults.iter().zip(&self.told).filter(|(_, told)| !**told);
-        strays
-            .map(|((name, fault), _)| {
-                let path =
-                    if self.root.is_dir() { self.root.join(name) } else { self.root.clone() };
-                Error::at(path, fault.clone())
+        let at = |name: &str| {
+            if self.root.is_dir() { self.root.join(name) } else { self.root.clone() }
+        };
+        self.strays
+            .iter()
+            .map(|(name, fault, more)| match more {
+                0 => Error::at(at(name), fault.clone()),
+                _ => self.file_error(name, fault, *more),
             })
             .collect()
+    }
+
+    /// Why a volume would not be opened.
+    pub fn refusal(&self, index: usize, options: &OpenOptions) -> Option<Error> {
+        let problem = self.volumes.get(index)?.obstacle(options.span_gaps)?;
+        Some(self.error(problem.clone()))
     }
 
     /// The folder, file or archive that was scanned.
@@ -256,6 +269,22 @@ fn largest<'a>(of: impl Iterator<Item = (usize, &'a Candidate)>) -> Option<usize
         }
     }
     best.map(|(index, _)| index)
+}
+
+/// The faults of series that have no volume, one a series.
+fn strays(volumes: &[Candidate], faults: &[Fault]) -> Vec<(String, FileFault, usize)> {
+    let mut strays: Vec<(Option<&String>, (String, FileFault, usize))> = Vec::new();
+    for (name, uid, fault) in faults {
+        let uid = uid.as_ref();
+        if uid.is_some_and(|u| volumes.iter().any(|v| v.is_plausible() && v.series.uid == *u)) {
+            continue;
+        }
+        match strays.iter_mut().find(|(other, _)| uid.is_some() && *other == uid) {
+            Some((_, (_, _, more))) => *more += 1,
+            None => strays.push((uid, (name.clone(), fault.clone(), 0))),
+        }
+    }
+    strays.into_iter().map(|(_, stray)| stray).collect()
 }
 
 /// SeriesNumber as a number where it is one; series without come last.
