@@ -1,42 +1,13 @@
 //! The command line, as typed.
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
 use super::support::repository;
-
-/// The command in an empty folder of its own.
-struct Sandbox(tempfile::TempDir);
-
-impl Sandbox {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn command<S: AsRef<OsStr>>(&self, args: &[S]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_mcubes"));
-        command.args(args).current_dir(self.0.path()).env_remove("NO_COLOR");
-        command
-    }
-
-    fn run<S: AsRef<OsStr>>(&self, args: &[S]) -> Output {
-        self.command(args).stdin(Stdio::null()).output().unwrap()
-    }
-
-    /// The names of the files that are there.
-    fn files(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.0.path()).unwrap();
-        entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
-    }
-
-    fn bytes(&self, name: &str) -> Vec<u8> {
-        std::fs::read(self.0.path().join(name)).unwrap()
-    }
-}
+use super::support::sandbox::{Sandbox, object, stderr};
 
 fn volume(name: &str) -> String {
     repository("testdata").join(name).display().to_string()
@@ -44,17 +15,6 @@ fn volume(name: &str) -> String {
 
 fn plain() -> String {
     volume("nifti/synth/plain.nii")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-/// The one JSON object on standard output.
-fn object(output: &Output) -> Value {
-    let text = String::from_utf8(output.stdout.clone()).unwrap();
-    assert_eq!(text.lines().count(), 1, "{text}");
-    serde_json::from_str(&text).unwrap()
 }
 
 fn keys(value: &Value) -> BTreeSet<&str> {
@@ -74,7 +34,19 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a.nii", "--iso", "3", "-o", "x.foo"], "unknown extension .foo"),
         (vec!["a.nii", "--iso", "3", "-o", "x"], "no extension"),
         (vec!["a.nii", "--iso", "3", "-o", "no/x.stl"], "no: there is no such folder"),
-        (vec!["a.nii", "--iso", "3", "-o", "."], "is a folder"),
+        (vec!["a.nii", "b.nii", "--iso", "3", "-o", "x.stl"], "many meshes need a folder"),
+        (vec!["a.nii", "--iso", "3", "--iso", "4", "-o", "x.stl"], "many meshes need a folder"),
+        (vec!["a.nii", "b.nii", "--iso", "3", "-o", "-"], "standard output holds one mesh"),
+        (vec!["a.nii", "-", "--iso", "3", "-o", "x/"], "goes with no other input"),
+        (vec!["a.nii", "--iso", "3", "-o", "in.stl/"], "is a file"),
+        (vec!["a.nii", "--iso", "3", "-o", "x.stl", "--resume"], "--resume keeps its record"),
+        (vec!["a.nii", "--iso", "bones", "-o", "x.stl"], "bone, soft, fat, skin, lung"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--name", "../{stem}"], "below the output folder"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--name", "{name}"], "no field is called {name}"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--shard", "4/3"], "is not I/N"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--max-memory", "lots"], "not a size"),
+        (vec!["a.nii", "--iso", "3", "-o", "no/x/"], "there is no such folder"),
+        (vec!["info", "-"], "info reads files"),
         (vec!["in.stl", "--iso", "3", "-o", "in.stl"], "the output is the input"),
         (vec!["in.stl", "--iso", "3", "-o", "./in.stl"], "the output is the input"),
         (vec!["a.nii", "--iso", "3", "-o", "-", "--json"], "both want standard output"),

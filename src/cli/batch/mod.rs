@@ -120,8 +120,10 @@ pub(super) fn run(run: &Run, term: Term, cancel: &Cancel) -> Result<Result<(), K
             return Err(Usage::new(format!("{}: there is no such folder", above.display()))
                 .hint(format!("mkdir -p {}", folder.display())));
         }
-        if found.passed_over > 0 {
-            term.note(&format!("{} files that are no volume were passed over", found.passed_over));
+        match found.passed_over {
+            0 => {}
+            1 => term.note("1 file that is no volume was passed over"),
+            n => term.note(&format!("{n} files that are no volume were passed over")),
         }
     }
     if run.is_dry {

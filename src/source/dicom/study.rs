@@ -26,7 +26,7 @@ pub struct Study {
     /// Files looked at.
     pub n_files: usize,
     /// Faults that no volume here speaks of, one a series, with the number of others in it.
-    strays: Vec<(String, FileFault, usize)>,
+    strays: Vec<Stray>,
     root: PathBuf,
     instances: Arc<Vec<Instance>>,
 }
@@ -49,6 +49,9 @@ pub struct OpenOptions {
 
 /// A fault, and the series it belongs to where that could be read.
 pub(super) type Fault = (String, Option<String>, FileFault);
+
+/// A fault that stands for those of a whole series, and how many more there are.
+type Stray = (String, FileFault, usize);
 
 impl Study {
     /// Builds the candidates out of what a scan found.
@@ -272,8 +275,8 @@ fn largest<'a>(of: impl Iterator<Item = (usize, &'a Candidate)>) -> Option<usize
 }
 
 /// The faults of series that have no volume, one a series.
-fn strays(volumes: &[Candidate], faults: &[Fault]) -> Vec<(String, FileFault, usize)> {
-    let mut strays: Vec<(Option<&String>, (String, FileFault, usize))> = Vec::new();
+fn strays(volumes: &[Candidate], faults: &[Fault]) -> Vec<Stray> {
+    let mut strays: Vec<(Option<&String>, Stray)> = Vec::new();
     for (name, uid, fault) in faults {
         let uid = uid.as_ref();
         if uid.is_some_and(|u| volumes.iter().any(|v| v.is_plausible() && v.series.uid == *u)) {
