@@ -253,7 +253,9 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     let shown = path.display();
     let ends_as_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
     if path.is_dir() || ends_as_folder || is_many && Format::from_path(path).is_none() {
-        if path.exists() && !path.is_dir() {
+        // Without the / at its end.
+        let plain = path.components().as_path();
+        if plain.exists() && !plain.is_dir() {
             return Err(Usage::new(format!("{shown}: is a file, a folder is wanted")));
         }
         return Ok(Output::Folder(path.clone()));

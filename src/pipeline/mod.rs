@@ -52,6 +52,15 @@ pub fn extract(
     with_planes!(planes, planes => extract_typed(&meta, planes, place, surfaces, options))
 }
 
+/// Runs work that shares itself out, such as [`crate::source::dicom::scan`], on so many threads.
+pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
+        Ok(pool) => pool.install(work),
+        // Without threads of its own it runs on those that there are.
+        Err(_) => work(),
+    }
+}
+
 fn extract_typed<T: Classify>(
     meta: &Meta,
     planes: Planes<'_, T>,

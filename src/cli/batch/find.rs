@@ -10,6 +10,7 @@ use crate::cancel::Cancel;
 use crate::cli::options::{Run, is_dash};
 use crate::cli::report::Trouble;
 use crate::error::{Error, Kind};
+use crate::pipeline::with_threads;
 use crate::source::dicom::{self, Study};
 use crate::source::{self, Content, SourceError};
 
@@ -153,14 +154,14 @@ impl Finder<'_> {
         Ok(())
     }
 
-    fn scan<T>(
+    fn scan<T: Send>(
         &self,
         path: &Path,
-        scan: impl FnOnce(&dicom::ScanOptions<'_>) -> Result<T, Error>,
+        scan: impl FnOnce(&dicom::ScanOptions<'_>) -> Result<T, Error> + Send,
     ) -> Result<T, Error> {
         let progress = |done| self.board.looked_at(path, done);
         let options = dicom::ScanOptions { cancel: self.cancel.clone(), progress: Some(&progress) };
-        scan(&options)
+        with_threads(self.run.threads, || scan(&options))
     }
 }
 

@@ -37,7 +37,9 @@ pub(super) fn of_input(scan: &Scan) -> io::Result<String> {
         bytes += facts.len();
         latest = latest.max(changed);
     }
-    Ok(format!("{} files, {bytes} bytes, {latest} ns, {:08x}", files.len(), sum.finalize()))
+    let volume = scan.series().unwrap_or_default();
+    let (n, sum) = (files.len(), sum.finalize());
+    Ok(format!("{n} files, {bytes} bytes, {latest} ns, {sum:08x}, volume {volume}"))
 }
 
 /// The size and the CRC-32 of a whole file.

@@ -138,7 +138,7 @@ impl Scan {
     }
 
     /// The number that `--series` knows the volume by.
-    fn series(&self) -> Option<String> {
+    pub(super) fn series(&self) -> Option<String> {
         match &self.volume {
             Found::Series { index, .. } => Some((index + 1).to_string()),
             _ => None,

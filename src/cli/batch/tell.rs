@@ -124,12 +124,14 @@ impl<'a> Teller<'a> {
         if self.is_batch() {
             self.term.summary(&self.table(n_left));
         }
+        if self.is_mute {
+            return Err(Kind::Unwritable);
+        }
         if is_interrupted && n_left > 0 {
             return Err(Kind::Interrupted);
         }
         match self.failed.first() {
             Some(trouble) => Err(trouble.kind),
-            None if self.is_mute => Err(Kind::Unwritable),
             None if n_left > 0 => Err(Kind::Internal),
             None => Ok(()),
         }

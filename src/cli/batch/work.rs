@@ -25,7 +25,8 @@ pub(super) fn run(run: &Run, jobs: &[Job], board: &Board, cancel: &Cancel) -> Re
         board,
         record,
         gate: Gate::new(run.threads, run.jobs, run.max_memory, jobs.len()),
-        stop: Cancel::new(),
+        // The failure that ends all is no stop of the user's.
+        stop: if run.fail_fast { Cancel::new() } else { cancel.clone() },
         asked: cancel,
         next: AtomicUsize::new(0),
         is_ended: AtomicBool::new(false),
@@ -33,7 +34,9 @@ pub(super) fn run(run: &Run, jobs: &[Job], board: &Board, cancel: &Cancel) -> Re
     };
     let whole = board.whole(jobs.len());
     std::thread::scope(|scope| {
-        scope.spawn(|| work.listen());
+        if run.fail_fast {
+            scope.spawn(|| work.listen());
+        }
         let workers: Vec<_> = (0..run.jobs.min(jobs.len()))
             .map(|_| {
                 scope.spawn(|| {

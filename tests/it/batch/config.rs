@@ -23,7 +23,7 @@ fn every_option_may_stand_in_the_file() {
 #[test]
 fn the_command_line_wins() {
     let sandbox = with("iso = [1, 2]\nformat = \"ply\"\nspace = \"lps\"\nverbose = true\n");
-    let words = "in/a/u8.nii --config m.toml --iso 50 --format obj -o out --json -q";
+    let words = "in/a/u8.nii --config m.toml --iso 50 --format obj -o out/ --json -q";
     let (_, reported) = sandbox.ends(0, words);
     assert_eq!(sandbox.names("out"), ["u8.obj"]);
     assert_eq!(reported[0]["iso"], 50.0);

@@ -32,15 +32,21 @@ fn a_run_that_was_killed_anywhere_ends_in_the_same_bytes_when_it_is_resumed() {
     let time = begun.elapsed();
     let whole = sandbox.tree("whole");
     assert_eq!(whole.len(), 2 * (5 + 6 * 3));
-    let (mut n_early, mut n_killed) = (0, 0);
-    for point in 0..N_POINTS {
-        let out = format!("out{point}");
+    // Other tests load the machine as they come and go: a run that has ended before its time is
+    // no point, and the time is taken to be shorter.
+    let mut time = time;
+    let (mut n_early, mut n_runs, mut point) = (0, 0, 0);
+    while point < N_POINTS {
+        let out = format!("out{n_runs}");
+        n_runs += 1;
+        assert!(n_runs < 200, "{point} points");
         let mut child = run(&out, "");
         std::thread::sleep(time * point / N_POINTS + Duration::from_micros(500));
-        // SIGKILL; a process that has ended already is no point.
         child.kill().unwrap();
-        let ended = child.wait().unwrap();
-        n_killed += u32::from(!ended.success());
+        if child.wait().unwrap().success() {
+            time = time * 9 / 10;
+            continue;
+        }
         let found = sandbox.tree(&out);
         n_early += u32::from(found.is_empty());
         for mesh in &found {
@@ -48,9 +54,10 @@ fn a_run_that_was_killed_anywhere_ends_in_the_same_bytes_when_it_is_resumed() {
         }
         assert!(run(&out, "--resume").wait().unwrap().success(), "point {point}");
         assert!(sandbox.tree(&out) == whole, "point {point}");
+        point += 1;
     }
-    eprintln!("{n_killed} of {N_POINTS} runs were killed, {n_early} before the first mesh");
-    assert!(n_killed >= 20, "{n_killed}");
+    eprintln!("{N_POINTS} kills in {n_runs} runs, {n_early} before the first mesh");
+    assert!(n_early < N_POINTS / 2, "{n_early} kills came before the first mesh");
 }
 
 /// One folder, killed until it is done.
