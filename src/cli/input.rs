@@ -16,8 +16,8 @@ pub(crate) fn open_scan(scan: &Scan, reading: &Reading) -> Result<Volume<'static
             None => Err(internal("no layout of standard input")),
         },
         Found::File => open_file(&scan.path, reading),
-        Found::Series { study, index, among } => {
-            open_series(study, *index, reading, reading.series.is_none() && !among)
+        Found::Series { study, index, is_choice, .. } => {
+            open_series(study, *index, reading, *is_choice)
         }
         Found::Broken(_) => Err(internal("a scan that is broken was opened")),
     }

@@ -33,16 +33,16 @@ pub fn working_bytes(
     let samples = slabs.saturating_mul(planes).saturating_mul(plane);
     // One bit a sample, thrice, and an id a crossing on three axes in two planes.
     let bits = samples / 8 * 3 + slabs * 6 * 4 * plane;
-    let per_surface = (bits + slabs * patch_bytes(dims)).saturating_add(spooled);
+    let cells = (plane + 1).saturating_mul(plan.layers(0).len() as u64);
+    let per_surface = (bits + slabs * patch_bytes(cells)).saturating_add(spooled);
     BASE_BYTES
         .saturating_add(samples.saturating_mul(sample_bytes.max(1) as u64))
         .saturating_add(per_surface.saturating_mul(n_surfaces as u64))
 }
 
-/// A patch is never larger than the whole volume's surface may be.
-fn patch_bytes(dims: Dims) -> u64 {
-    let most = dims.to_array().iter().map(|&n| n as u64 + 1).fold(16, u64::saturating_mul);
-    most.min(PATCH_TRIANGLES) * TRIANGLE_BYTES
+/// A cell has five triangles at most, but for the few that tunnels add.
+fn patch_bytes(cells: u64) -> u64 {
+    cells.saturating_mul(5).min(PATCH_TRIANGLES) * TRIANGLE_BYTES
 }
 
 /// Triangles that the surface of a body may have: six for each sample of the volume's three faces,

@@ -76,7 +76,8 @@ impl Finder<'_> {
                 Some(selector) => study.choose(selector)?,
                 None => study.default()?,
             };
-            all.scans.push(plain(Found::Series { study: Arc::new(study), index, among: false }));
+            let (study, is_choice) = (Arc::new(study), reading.series.is_none());
+            all.scans.push(plain(Found::Series { study, index, among: false, is_choice }));
         } else {
             all.scans.push(plain(Found::File));
         }
@@ -190,7 +191,12 @@ fn add_study(study: Study, base: &Path, span_gaps: bool, all: &mut All) {
         let among = fit.iter().filter(|(_, other)| other == path).count() > 1;
         all.scans.push(Scan {
             path: path.clone(),
-            volume: Found::Series { study: Arc::clone(&study), index: *index, among },
+            volume: Found::Series {
+                study: Arc::clone(&study),
+                index: *index,
+                among,
+                is_choice: false,
+            },
             parent: parent_below(base, path),
         });
     }

@@ -49,8 +49,10 @@ pub(super) enum Found {
     Series {
         study: Arc<Study>,
         index: usize,
-        /// Whether others of the study are meshed beside it.
+        /// Whether others of the same file or folder are meshed beside it.
         among: bool,
+        /// Whether it was taken where others might have been, without being asked for.
+        is_choice: bool,
     },
     /// Nothing that could be meshed, and why.
     Broken(Trouble),
