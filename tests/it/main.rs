@@ -24,5 +24,6 @@ mod readers;
 mod surface;
 mod survey;
 mod tables;
+mod tetra;
 mod wrap;
 mod writers;
