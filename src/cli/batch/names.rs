@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use super::{Destination, Found, Job, Scan, Target};
 use crate::cli::level::Level;
 use crate::cli::options::{Output, Run, Usage, is_same_file};
+use crate::source::dicom::PatientField;
 
 /// The most bytes of one name that all file systems take, less what a temporary name adds.
 const MAX_NAME: usize = 200;
@@ -29,10 +30,11 @@ enum Field {
     Modality,
     Iso,
     Label,
+    Patient(PatientField),
 }
 
 impl Field {
-    const ALL: [(&'static str, Self); 7] = [
+    const ALL: [(&'static str, Self); 9] = [
         ("stem", Self::Stem),
         ("file", Self::File),
         ("parent", Self::Parent),
@@ -40,6 +42,8 @@ impl Field {
         ("modality", Self::Modality),
         ("iso", Self::Iso),
         ("label", Self::Label),
+        ("patient_id", Self::Patient(PatientField::Id)),
+        ("patient_name", Self::Patient(PatientField::Name)),
     ];
 }
 
@@ -99,6 +103,9 @@ impl Scan {
             Field::Modality => tame(&self.modality().unwrap_or_else(|| "none".to_owned())),
             Field::Iso => level.to_string(),
             Field::Label => tame(labels),
+            Field::Patient(field) => {
+                tame(&self.patient(field).unwrap_or_else(|| "none".to_owned()))
+            }
         }
     }
 
@@ -141,6 +148,13 @@ impl Scan {
     pub(super) fn series(&self) -> Option<String> {
         match &self.volume {
             Found::Series { index, .. } => Some((index + 1).to_string()),
+            _ => None,
+        }
+    }
+
+    fn patient(&self, field: PatientField) -> Option<String> {
+        match &self.volume {
+            Found::Series { study, index, .. } => study.patient(*index, field),
             _ => None,
         }
     }

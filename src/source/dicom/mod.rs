@@ -10,6 +10,7 @@ mod codec;
 mod decode;
 mod element;
 mod error;
+mod every;
 mod fragments;
 mod groups;
 mod guard;
@@ -34,6 +35,7 @@ mod walk;
 
 pub use candidate::Candidate;
 pub use error::{DicomError, FileFault, Tag};
+pub use every::PatientField;
 pub use scan::{ScanOptions, scan};
 pub use set_aside::{SetAside, What};
 pub use study::{OpenOptions, Selector, Study};

@@ -132,3 +132,24 @@ fn raw_files_below_a_folder_share_one_layout() {
     sandbox.ends(0, "in -r --dims 6x5x4 --type u8 --iso 100 -o out -q");
     assert_eq!(sandbox.names("out"), ["a.stl", "b/c.stl"]);
 }
+
+#[test]
+fn the_patient_is_read_only_where_a_name_is_to_tell() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&repository("testdata/dicom/good-series"), "in/s");
+    let mut text = Vec::new();
+    for entry in std::fs::read_dir(sandbox.path("in/s")).unwrap() {
+        text.extend(std::fs::read(entry.unwrap().path()).unwrap());
+    }
+    // As pydicom has it of these files.
+    let (id, name) = ("LEAKCHECK-ID", "LEAKCHECK^NAME");
+    for word in [id, name] {
+        assert!(text.windows(word.len()).any(|w| w == word.as_bytes()), "{word} is in the files");
+    }
+    sandbox.ends(0, "in -r --iso 50 -o out -q --name {patient_id}/{patient_name}_{series}");
+    assert_eq!(sandbox.names("out"), [format!("{id}/{name}_1.stl")]);
+    let (said, reported) = sandbox.ends(0, "in -r --iso 50 -o plain --json");
+    let all =
+        format!("{said}{reported:?}{}", String::from_utf8_lossy(&sandbox.bytes("plain/s.stl")));
+    assert!(!all.contains("LEAKCHECK"), "{said}");
+}

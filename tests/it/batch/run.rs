@@ -101,6 +101,11 @@ fn a_dry_run_says_what_would_be_done_and_writes_nothing() {
     // What only the samples can show is not seen; headers are looked at.
     assert_eq!(with_status(&planned, "failed").len(), 3, "{said}");
     for object in with_status(&planned, "planned") {
+        // The shard that is this scan alone.
+        let [part, of] = [0, 1].map(|n| object["shard"][n].as_u64().unwrap());
+        let (_, own) =
+            sandbox.ends(0, &format!("in -r --iso 50 -o out --dry-run --json --shard {part}/{of}"));
+        assert_eq!(own.iter().collect::<Vec<_>>(), [object]);
         assert!(object["estimate"]["memory"].as_u64().unwrap() > 0);
         assert!(object["estimate"]["triangles"].as_u64().unwrap() > 0);
     }
