@@ -1,11 +1,13 @@
 //! Meshes one volume in memory, several times, and prints how long it took as one line of JSON.
 //!
 //! ```text
-//! kernel --vol FILE.npy --iso X [--method M] [--threads N] [--again K] [--dump PREFIX]
+//! kernel --vol FILE.npy --iso X [--method M] [--threads N] [--again K] [--normals yes]
+//!        [--dump PREFIX]
 //! ```
 //!
 //! `FILE.npy` is an array in C order, (z, y, x), of i16, u8, f32 and the like. `--dump` writes the
-//! vertices as PREFIX.v.f32 (x y z, voxel coordinates) and the triangles as PREFIX.f.u32.
+//! vertices as PREFIX.v.f32 (x y z, voxel coordinates) and the triangles as PREFIX.f.u32; `--normals`
+//! makes a normal for each vertex too.
 
 use std::error::Error;
 use std::fs;
@@ -35,6 +37,7 @@ fn main() -> Result<()> {
             }
             "--threads" => arguments.threads = value.parse()?,
             "--again" => arguments.again = value.parse()?,
+            "--normals" => arguments.normals = value == "yes",
             "--dump" => arguments.dump = Some(value),
             _ => return Err(format!("{word} is no option of this example").into()),
         }
@@ -60,6 +63,7 @@ struct Arguments {
     method: Method,
     threads: usize,
     again: usize,
+    normals: bool,
     dump: Option<String>,
 }
 
@@ -70,7 +74,8 @@ fn run<T: Classify>(npy: &Npy<'_>, arguments: &Arguments) -> Result<()> {
     let bytes = npy.data.get(..n_samples * size_of::<T>()).ok_or("the .npy data are cut short")?;
     bytemuck::cast_slice_mut(&mut samples).copy_from_slice(bytes);
     let volume = ArrayView3::from_shape(npy.shape, &samples)?;
-    let surface = SurfaceOptions { method: arguments.method, ..SurfaceOptions::at(arguments.iso) };
+    let Arguments { iso, method, normals, .. } = *arguments;
+    let surface = SurfaceOptions { method, normals, ..SurfaceOptions::at(iso) };
     let options = RunOptions { threads: arguments.threads.max(1), ..RunOptions::default() };
     let before = status_kib("VmRSS");
     let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());

@@ -139,6 +139,9 @@ pub(crate) struct SurfaceArgs {
     /// Leave the surface open where it leaves the volume
     #[arg(long)]
     pub(crate) open: bool,
+    /// A unit normal with each vertex, for smooth shading (PLY and OBJ)
+    #[arg(long)]
+    pub(crate) normals: bool,
     /// Only samples in these index ranges: I0:I1,J0:J1,K0:K1, from 0, ends not included
     #[arg(long, value_name = "RANGES", value_parser = value::index_ranges)]
     pub(crate) crop: Option<[[usize; 2]; 3]>,

@@ -1,45 +1,54 @@
 //! `mcubes info`: what an input holds.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
 use super::args::InfoArgs;
-use super::input;
-use super::options::{Reading, Usage, is_dash, reading};
+use super::input::{self, Opening};
+use super::options::{self, Input, Reading, Usage, reading};
 use super::report::{affine, failed};
+use super::study;
 use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
 use crate::geom::orientation;
-use crate::source::{self, Content, dicom};
+use crate::source::{self, Content as Found, dicom};
 use crate::volume::{Meta, Survey};
 
 /// One volume: its facts, and its values where they were looked at.
 struct Listed {
-    meta: Option<Meta>,
+    meta: Meta,
     survey: Option<Survey>,
     is_default: bool,
-    title: Option<String>,
-    problem: Option<String>,
+}
+
+/// What an input holds.
+enum Content {
+    /// DICOM, of which only headers were read.
+    Study(Box<dicom::Study>),
+    Volumes(Vec<Listed>),
 }
 
 /// Describes each input in turn.
-pub(crate) fn run(args: &InfoArgs, cancel: &Cancel) -> Result<Result<(), Kind>, Usage> {
+pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result<(), Kind>, Usage> {
     let reading = reading(&args.reading)?;
-    if args.inputs.iter().any(|input| is_dash(input)) {
-        return Err(Usage::new("info reads files, not standard input")
-            .hint("save it to a file first; ./- names a file"));
-    }
+    let inputs: Vec<(&PathBuf, Input)> = args
+        .inputs
+        .iter()
+        .map(|path| Ok((path, options::source(path.clone(), &reading)?)))
+        .collect::<Result<_, Usage>>()?;
+    let opening = Opening { term, cancel: cancel.clone(), threads: None };
     let mut result = Ok(());
-    for path in &args.inputs {
-        match list(path, &reading, cancel) {
-            Ok(volumes) => {
-                let told = if args.json {
-                    Term::json(&object(path, &volumes))
-                } else {
-                    Term::text(&text(path, &volumes))
+    for (path, input) in inputs {
+        match look(&input, &reading, &opening) {
+            Ok(content) => {
+                let told = match content {
+                    Content::Study(study) if args.json => Term::json(&study::object(path, &study)),
+                    Content::Study(study) => Term::text(&study::text(path, &study)),
+                    Content::Volumes(volumes) if args.json => Term::json(&object(path, &volumes)),
+                    Content::Volumes(volumes) => Term::text(&text(path, &volumes)),
                 };
                 result = told.and(result);
             }
@@ -56,59 +65,39 @@ pub(crate) fn run(args: &InfoArgs, cancel: &Cancel) -> Result<Result<(), Kind>, 
     Ok(result)
 }
 
-fn list(path: &Path, reading: &Reading, cancel: &Cancel) -> Result<Vec<Listed>, Error> {
+fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Content, Error> {
+    let path = match input {
+        Input::Path(path) => path.as_path(),
+        Input::Stdin => Path::new("standard input"),
+    };
     let is_dicom = reading.raw.is_none()
-        && matches!(source::sniff(path)?, Content::Folder | Content::Dicom | Content::Zip);
+        && matches!(source::sniff(path)?, Found::Folder | Found::Dicom | Found::Zip);
     if is_dicom && reading.series.is_none() {
-        let options = dicom::ScanOptions { cancel: cancel.clone(), progress: None };
-        let study = dicom::scan(path, &options)?;
-        let default = study.default();
+        let study = input::study(path, opening)?;
         if study.volumes.is_empty() {
-            default?;
-            return Ok(Vec::new());
+            study.default()?;
         }
-        let default = default.ok();
-        return Ok(study
-            .volumes
-            .iter()
-            .enumerate()
-            .map(|(index, volume)| Listed {
-                meta: volume.meta.clone(),
-                survey: None,
-                is_default: default == Some(index),
-                title: Some(volume.title()),
-                problem: volume.problem.as_ref().map(ToString::to_string),
-            })
-            .collect());
+        return Ok(Content::Study(Box::new(study)));
     }
-    let volume = input::open(path, reading, cancel)?;
+    let volume = input::open(input, reading, opening)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
     let survey = source::survey(volume).map_err(|e| Error::at(path, e))?;
     let metas = if is_dicom || reading.raw.is_some() { vec![meta] } else { source::volumes(path)? };
-    Ok(metas
-        .into_iter()
-        .map(|meta| Listed {
-            is_default: meta.volume_number == number,
-            survey: (meta.volume_number == number).then(|| survey.clone()),
-            meta: Some(meta),
-            title: None,
-            problem: None,
-        })
-        .collect())
+    let listed = |meta: Meta| Listed {
+        is_default: meta.volume_number == number,
+        survey: (meta.volume_number == number).then(|| survey.clone()),
+        meta,
+    };
+    Ok(Content::Volumes(metas.into_iter().map(listed).collect()))
 }
 
 fn object(path: &Path, volumes: &[Listed]) -> Value {
-    let volumes: Vec<Value> =
-        volumes.iter().enumerate().map(|(n, v)| volume_object(n, v)).collect();
+    let volumes: Vec<Value> = volumes.iter().map(volume_object).collect();
     json!({ "schema": "mcubes-info/1", "input": path.display().to_string(), "volumes": volumes })
 }
 
-fn volume_object(index: usize, listed: &Listed) -> Value {
-    let Some(meta) = &listed.meta else {
-        return json!({
-            "number": index + 1, "default": false, "title": listed.title, "problem": listed.problem,
-        });
-    };
+fn volume_object(listed: &Listed) -> Value {
+    let meta = &listed.meta;
     let series = meta.series.as_ref();
     let suggested = listed.survey.as_ref().map(|survey| {
         let each = survey.suggested();
@@ -128,13 +117,14 @@ fn volume_object(index: usize, listed: &Listed) -> Value {
         "range": listed.survey.as_ref().and_then(|s| s.range).map(|(low, high)| [low, high]),
         "modality": meta.modality,
         "series_uid": series.map(|s| &s.uid),
+        "series_number": series.and_then(|s| s.number.as_ref()),
         "description": series.and_then(|s| s.description.as_ref()).or(meta.description.as_ref()),
         "images": series.map(|s| s.n_images),
         "tilt": series.map_or(0.0, |s| s.tilt_degrees),
         "gaps": meta.gaps_mm,
         "transfer_syntax": series.map(dicom::syntax_names),
         "suggested": suggested,
-        "problem": listed.problem,
+        "problem": Value::Null,
         "notes": meta.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
     })
 }
@@ -149,20 +139,17 @@ fn text(path: &Path, volumes: &[Listed]) -> String {
 }
 
 fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
-    if let Some(title) = &listed.title {
-        let mark =
-            if listed.is_default { "  <- meshed unless --series says otherwise" } else { "" };
-        writeln!(out, "volume {title}{mark}")?;
-    }
-    if let Some(problem) = &listed.problem {
-        writeln!(out, "  not meshed   {problem}")?;
-    }
-    let Some(meta) = &listed.meta else { return Ok(()) };
-    if listed.title.is_none() && of > 1 {
+    let meta = &listed.meta;
+    if of > 1 {
         writeln!(out, "volume {} of {of}", meta.volume_number)?;
         if listed.survey.is_none() {
             return Ok(());
         }
+    }
+    if meta.series.is_some() {
+        let words = [meta.modality.as_deref(), meta.description.as_deref()];
+        let words: Vec<&str> = words.into_iter().flatten().collect();
+        writeln!(out, "  series       {}: {}", meta.volume_number, words.join(", "))?;
     }
     let [nx, ny, nz] = meta.grid.dims.to_array();
     let [sx, sy, sz] = meta.grid.affine.spacing();

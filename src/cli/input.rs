@@ -2,20 +2,39 @@
 
 use std::path::Path;
 
+use super::bar::Headers;
 use super::batch::{Found, Scan};
-use super::options::Reading;
+use super::options::{Input, Reading};
+use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::source::{self, Content, OpenOptions, RawInput, Volume, dicom};
 
+/// How inputs are looked into: where progress is shown, what stops it, on how many threads.
+#[derive(Clone)]
+pub(crate) struct Opening {
+    pub(crate) term: Term,
+    pub(crate) cancel: Cancel,
+    pub(crate) threads: Option<usize>,
+}
+
+/// What a DICOM folder, file or archive holds.
+pub(crate) fn study(path: &Path, opening: &Opening) -> Result<dicom::Study, Error> {
+    let headers = Headers::new(opening.term);
+    let progress = |n_files| headers.set(n_files);
+    let options = dicom::ScanOptions {
+        cancel: opening.cancel.clone(),
+        progress: Some(&progress),
+        threads: opening.threads,
+    };
+    dicom::scan(path, &options)
+}
+
 /// The volume of a scan.
 pub(crate) fn open_scan(scan: &Scan, reading: &Reading) -> Result<Volume<'static>, Error> {
     match &scan.volume {
-        Found::Stdin => match &reading.raw {
-            Some(options) => source::open_raw(RawInput::Stdin, options),
-            None => Err(internal("no layout of standard input")),
-        },
-        Found::File => open_file(&scan.path, reading),
+        Found::Stdin => open_plain(&Input::Stdin, reading),
+        Found::File => open_plain(&Input::Path(scan.path.clone()), reading),
         Found::Series { study, index, is_choice, .. } => {
             open_series(study, *index, reading, *is_choice)
         }
@@ -23,33 +42,38 @@ pub(crate) fn open_scan(scan: &Scan, reading: &Reading) -> Result<Volume<'static
     }
 }
 
-/// The volume of a path that is meant.
+/// The volume that is meant.
 pub(crate) fn open(
-    path: &Path,
+    input: &Input,
     reading: &Reading,
-    cancel: &Cancel,
+    opening: &Opening,
 ) -> Result<Volume<'static>, Error> {
-    if reading.raw.is_some() {
-        return open_file(path, reading);
+    if let Input::Path(path) = input
+        && reading.raw.is_none()
+        && matches!(source::sniff(path)?, Content::Folder | Content::Dicom | Content::Zip)
+    {
+        let study = study(path, opening)?;
+        let index = match &reading.series {
+            Some(selector) => study.choose(selector)?,
+            None => study.default()?,
+        };
+        return open_series(&study, index, reading, reading.series.is_none());
     }
-    match source::sniff(path)? {
-        Content::Folder | Content::Dicom | Content::Zip => {
-            let options = dicom::ScanOptions { cancel: cancel.clone(), progress: None };
-            let study = dicom::scan(path, &options)?;
-            let index = match &reading.series {
-                Some(selector) => study.choose(selector)?,
-                None => study.default()?,
-            };
-            open_series(&study, index, reading, reading.series.is_none())
-        }
-        _ => open_file(path, reading),
-    }
+    open_plain(input, reading)
 }
 
-fn open_file(path: &Path, reading: &Reading) -> Result<Volume<'static>, Error> {
-    match &reading.raw {
-        Some(options) => source::open_raw(RawInput::Path(path.to_owned()), options),
-        None => source::open(path, &OpenOptions { volume: reading.volume }),
+/// NIfTI, or raw samples.
+fn open_plain(input: &Input, reading: &Reading) -> Result<Volume<'static>, Error> {
+    let raw = match input {
+        Input::Path(path) => RawInput::Path(path.clone()),
+        Input::Stdin => RawInput::Stdin,
+    };
+    if let Some(options) = &reading.raw {
+        return source::open_raw(raw, options);
+    }
+    match input {
+        Input::Path(path) => source::open(path, &OpenOptions { volume: reading.volume }),
+        Input::Stdin => Err(internal("no layout of standard input")),
     }
 }
 

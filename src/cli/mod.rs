@@ -1,6 +1,7 @@
 //! The command line: parses, calls the library, prints.
 
 mod args;
+mod bar;
 mod batch;
 mod check;
 mod config;
@@ -11,6 +12,7 @@ mod level;
 mod options;
 mod report;
 mod signals;
+mod study;
 mod term;
 mod value;
 
@@ -39,7 +41,7 @@ pub fn main() -> ExitCode {
     let term = Term::new(&cli.common);
     let cancel = signals::cancel_on_signals();
     let result = match cli.command {
-        Some(Command::Info(args)) => info::run(&args, &cancel),
+        Some(Command::Info(args)) => info::run(&args, term, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),
         Some(Command::Completions { shell }) => {
             let mut script = Vec::new();

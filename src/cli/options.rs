@@ -36,6 +36,13 @@ impl Usage {
     }
 }
 
+/// Where samples come from.
+#[derive(Clone, Debug)]
+pub(crate) enum Input {
+    Path(PathBuf),
+    Stdin,
+}
+
 /// Which volume of an input is meant.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reading {
@@ -94,6 +101,18 @@ pub(crate) struct Run {
     pub(crate) json: bool,
 }
 
+/// Where samples come from; `-` needs to be told what they are.
+pub(crate) fn source(path: PathBuf, reading: &Reading) -> Result<Input, Usage> {
+    if !is_dash(&path) {
+        return Ok(Input::Path(path));
+    }
+    if reading.raw.is_none() {
+        return Err(Usage::new("standard input is read as raw samples, --dims is missing")
+            .hint("--dims 512x512x90 --type i16, for example; ./- names a file"));
+    }
+    Ok(Input::Stdin)
+}
+
 /// Understands the main command.
 pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     let how = "mcubes INPUT --iso V -o OUT; mcubes --help says more";
@@ -121,14 +140,21 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         Some(SpaceArg::Voxel) => Space::Voxel,
     };
     let format = format(&args.output, &output)?;
-    let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
+    let normals = args.surface.normals;
+    if normals && format == Format::Stl {
+        return Err(Usage::new(
+            "--normals: STL has no vertex normals, only those of its triangles",
+        )
+        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
+    }
+    let mesh = MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
     let method = match args.surface.method {
         Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
         Some(MethodArg::Cubes) | None => Method::Cubes,
     };
     let open = args.surface.open;
-    let surface = SurfaceOptions { side, method, open, ..SurfaceOptions::at(0.5) };
+    let surface = SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) };
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = at_least_one("--threads", args.threads)?.unwrap_or_else(processors);
     let jobs = at_least_one("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
@@ -174,11 +200,7 @@ fn stdin(inputs: &[PathBuf], reading: &Reading, levels: &[Level]) -> Result<(), 
     if levels.iter().any(|level| matches!(level, Level::Halfway | Level::Auto)) {
         return Err(Usage::new("standard input is read once: --iso or --mask is missing"));
     }
-    if reading.raw.is_none() {
-        return Err(Usage::new("standard input is read as raw samples, --dims is missing")
-            .hint("--dims 512x512x90 --type i16, for example; ./- names a file"));
-    }
-    Ok(())
+    source(PathBuf::from("-"), reading).map(|_| ())
 }
 
 /// Understands which volume is meant, and the layout of a raw one.

@@ -99,6 +99,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "mask": options.mask,
         "method": options.surface.method.as_str(),
         "space": options.space.as_str(),
+        "normals": options.mesh.normals,
         "output": output.shown(),
         "vertices": report.n_vertices,
         "triangles": report.n_triangles,

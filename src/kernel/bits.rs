@@ -44,6 +44,16 @@ impl BitPlane {
         }
     }
 
+    /// Makes this plane the same as another.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        (self.nx, self.ny, self.stride) = (other.nx, other.ny, other.stride);
+        self.words.clone_from(&other.words);
+        self.any.clone_from(&other.any);
+        self.some.clone_from(&other.some);
+        self.x_before.clone_from(&other.x_before);
+        self.y_before.clone_from(&other.y_before);
+    }
+
     /// Words of a row that can hold a bit, the border's to the right of the last sample included.
     pub(super) fn row_words(&self) -> usize {
         self.nx / 64 + 1

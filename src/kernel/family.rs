@@ -78,6 +78,11 @@ impl<'a, T: Sample> Family<'a, T> {
         }
     }
 
+    /// The axis along which the edges run.
+    pub(super) fn axis(&self) -> usize {
+        if self.back == 0 { 2 } else { usize::from(self.back_ij[1] > 0.0) }
+    }
+
     /// The values at the ends of an edge; anything where one lies in the border.
     #[inline(always)]
     pub(super) fn values(&self, c: u32, r: u32) -> [f64; 2] {

@@ -57,7 +57,7 @@ impl Gathered {
 
     /// All of them in order.
     #[inline(always)]
-    pub(super) fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
+    pub(super) fn iter(&self) -> impl Iterator<Item = (u32, u32)> + Clone {
         self.c.iter().copied().zip(self.r.iter().copied()).take(self.n)
     }
 

@@ -37,6 +37,19 @@ pub trait Key: bytemuck::Pod + Default + Send + Sync {
 #[derive(Debug)]
 pub struct Bits(pub(super) BitPlane, pub(super) Crossings);
 
+impl Bits {
+    /// Of a plane without samples.
+    pub(super) fn empty() -> Self {
+        Self(BitPlane::new(0, 0), Crossings::default())
+    }
+
+    /// Makes these the same as others.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.0.copy_from(&other.0);
+        self.1.copy_from(&other.1);
+    }
+}
+
 /// A sample is inside where `(sample ^ flip) ≥ at`.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]

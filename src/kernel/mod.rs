@@ -23,6 +23,7 @@ mod gather;
 mod key;
 mod layer;
 mod loops;
+mod normal;
 mod settle;
 mod settled;
 mod simd;
@@ -38,7 +39,7 @@ pub use crossing::crossing;
 pub use cut::{Cut, Side};
 pub use key::Classify;
 pub use settle::{CellSurface, settle};
-pub use slab::{PatchSlices, Scratch, Slab, Totals};
+pub use slab::{PatchSlices, Scratch, SharedPlane, Slab, Totals};
 pub use tetra::{N_LANES, TetraTables, lane_corners};
 
 use std::ops::Range;
@@ -152,20 +153,31 @@ impl<T: Classify> Kernel<T> {
         }
     }
 
-    /// How many vertices and triangles the slab has. What was found stays in `scratch` for
-    /// [`Kernel::fill`].
-    pub fn count(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) -> Totals {
+    /// Turns the planes after each of the slab's layers into bits, and the one before them all if
+    /// no other worker hands it over ([`Scratch::take_first_plane`]) before [`Kernel::count`].
+    pub fn classify(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) {
         let (nx, ny) = self.placing.dims;
         let n_layers = slab.layers.len();
         scratch.prepare(nx, ny, n_layers);
-        // The plane shared with the slab before may still be there from that slab.
-        if !scratch.take_last_plane(slab.layers.start) {
-            self.classify(slab.layers.start.checked_sub(1), slab, &mut scratch.bits[0]);
+        scratch.keep_last_plane(slab.layers.start);
+        for (bits, k) in scratch.bits.iter_mut().skip(1).zip(slab.layers.clone()) {
+            self.classify_plane(Some(k), slab, bits);
         }
+        scratch.remember(slab.layers.end, n_layers);
+    }
+
+    /// How many vertices and triangles a classified slab has. What was found stays in `scratch` for
+    /// [`Kernel::fill`].
+    pub fn count(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) -> Totals {
+        if scratch.lacks_first_plane()
+            && let Some(first) = scratch.bits.first_mut()
+        {
+            self.classify_plane(slab.layers.start.checked_sub(1), slab, first);
+        }
+        let (nx, ny) = self.placing.dims;
         let mut totals = Totals::default();
         for (n, s) in slab.layers.clone().enumerate() {
             let (prev, cur, layer) = scratch.layer(n);
-            self.classify((s < self.dims.nz()).then_some(s), slab, cur);
             if self.tetra.is_some() {
                 self.count_diagonals(s, [prev, cur], layer);
             }
@@ -195,7 +207,6 @@ impl<T: Classify> Kernel<T> {
             totals.n_vertices += layer.totals.n_vertices;
             totals.n_triangles += layer.totals.n_triangles;
         }
-        scratch.remember(slab.layers.end, n_layers);
         totals
     }
 
@@ -212,6 +223,7 @@ impl<T: Classify> Kernel<T> {
     ) {
         let mut vertices = out.vertices;
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
+        let mut normals = out.normals;
         let mut first = first_vertex;
         if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
             let bits = &scratch.bits[part.start - slab.layers.start];
@@ -229,14 +241,25 @@ impl<T: Classify> Kernel<T> {
             let layer = &scratch.layers[n];
             let (own, rest) = vertices.split_at_mut(layer.totals.n_vertices as usize);
             vertices = rest;
+            let own_normals = normals.take().map(|all| {
+                let (own, rest) = all.split_at_mut(layer.totals.n_vertices as usize);
+                normals = Some(rest);
+                own
+            });
             if let Some(tables) = self.tetra {
                 self.tetra_layer_vertices(s, slab, bits, layer, own);
+                if let Some(out) = own_normals {
+                    self.tetra_layer_normals(s, slab, bits, layer, out);
+                }
                 self.tetra_triangles(tables, bits, layer, first, triangles);
                 triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
                 first = first.wrapping_add(layer.totals.n_vertices as u32);
                 continue;
             }
             self.layer_vertices(s, slab, planes, layer, own);
+            if let Some(out) = own_normals {
+                self.layer_normals(s, slab, planes, layer, out);
+            }
 
             let extra = layer.settled.extra.len() as u32;
             let job = Triangles {
@@ -285,7 +308,7 @@ impl<T: Classify> Kernel<T> {
         Plane { bits, samples, origin: self.place.plane_origin(k) }
     }
 
-    fn classify(&self, k: Option<usize>, slab: &Slab<'_, T>, out: &mut Bits) {
+    fn classify_plane(&self, k: Option<usize>, slab: &Slab<'_, T>, out: &mut Bits) {
         match (self.threshold, k.and_then(|k| slab.plane(k))) {
             (Some(threshold), Some(samples)) => {
                 let keys = bytemuck::must_cast_slice::<T, T::Key>(samples);

@@ -56,7 +56,7 @@ impl<T: Classify> Kernel<T> {
 
     /// The samples at the corners of cell `c` of row `r`; NaN outside the volume, where no decider
     /// looks.
-    fn corners(&self, samples: [Option<&[T]>; 2], r: usize, c: usize) -> [f64; 8] {
+    pub(super) fn corners(&self, samples: [Option<&[T]>; 2], r: usize, c: usize) -> [f64; 8] {
         let (nx, ny) = self.placing.dims;
         if let [Some(before), Some(after)] = samples
             && (1..nx).contains(&c)
@@ -81,7 +81,7 @@ impl<T: Classify> Kernel<T> {
         })
     }
 
-    fn settle_cell(&self, case: u8, samples: &[f64; 8]) -> CellSurface {
+    pub(super) fn settle_cell(&self, case: u8, samples: &[f64; 8]) -> CellSurface {
         let Placing { level, epsilon, .. } = self.placing;
         let values = samples.map(|sample| self.sign * (sample - level));
         let t = |edge: usize| {

@@ -7,7 +7,7 @@ use super::key::Bits;
 use super::layer::Layer;
 use super::settled::Settled;
 use super::tetra::{Crossings, Diagonals};
-use crate::mesh::{Position, Triangle};
+use crate::mesh::{Normal, Position, Triangle};
 
 /// Consecutive layers of cells, with the samples of all planes that they touch.
 #[derive(Clone, Debug)]
@@ -43,6 +43,9 @@ pub struct PatchSlices<'a> {
     pub ghosts: Option<&'a mut [Position]>,
     /// The vertices of the layers.
     pub vertices: &'a mut [Position],
+    /// One unit normal for each of `vertices`, where they are wanted. The slab then needs a plane
+    /// more on either side, where the volume has one.
+    pub normals: Option<&'a mut [Normal]>,
     /// Their triangles.
     pub triangles: &'a mut [Triangle],
 }
@@ -56,7 +59,13 @@ pub struct Scratch {
     /// The layer that begins at the plane whose bits stand at `last_bits`.
     next_layer: Option<usize>,
     last_bits: usize,
+    /// Whether the bits of the plane before the slab's first layer are there.
+    pub(super) has_first: bool,
 }
+
+/// The bits of a plane that two slabs share, on their way from one worker to another.
+#[derive(Debug, Default)]
+pub struct SharedPlane(Option<Bits>);
 
 /// One layer of a slab.
 #[derive(Debug, Default)]
@@ -85,12 +94,32 @@ impl Scratch {
 
     /// Puts the bits of the plane before `layer` in front, if they are left over from the slab
     /// before.
-    pub(super) fn take_last_plane(&mut self, layer: usize) -> bool {
-        let is_left = self.next_layer.take() == Some(layer);
-        if is_left {
+    pub(super) fn keep_last_plane(&mut self, layer: usize) {
+        self.has_first = self.next_layer.take() == Some(layer);
+        if self.has_first {
             self.bits.swap(0, self.last_bits);
         }
-        is_left
+    }
+
+    /// Copies the bits of the last plane that [`super::Kernel::classify`] saw, for whoever counts
+    /// the slab after this one.
+    pub fn share_last_plane(&self, shared: &mut SharedPlane) {
+        if let Some(last) = self.bits.get(self.last_bits) {
+            shared.0.get_or_insert_with(Bits::empty).copy_from(last);
+        }
+    }
+
+    /// Whether the slab's first layer still needs the bits of the plane before it.
+    pub fn lacks_first_plane(&self) -> bool {
+        !self.has_first
+    }
+
+    /// Takes the bits of the plane before the slab's first layer from whoever had that plane.
+    pub fn take_first_plane(&mut self, shared: &mut SharedPlane) {
+        if let (Some(theirs), Some(first)) = (&mut shared.0, self.bits.first_mut()) {
+            std::mem::swap(first, theirs);
+            self.has_first = true;
+        }
     }
 
     /// Layer `n` of the slab, and the bits of the planes before and after it.

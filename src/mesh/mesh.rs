@@ -1,6 +1,6 @@
 //! A whole mesh in memory.
 
-use super::{Patch, Position, Topology, Triangle};
+use super::{Normal, Patch, Position, Topology, Triangle};
 
 /// Vertices and the triangles that share them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -8,7 +8,7 @@ pub struct Mesh {
     /// Positions, in the coordinates of the file or run that they come from.
     pub vertices: Vec<Position>,
     /// One normal a vertex, in step with `vertices`; empty where there are none.
-    pub normals: Vec<[f32; 3]>,
+    pub normals: Vec<Normal>,
     /// Three indices into `vertices` each, counter-clockwise seen from outside.
     pub triangles: Vec<Triangle>,
 }

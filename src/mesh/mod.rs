@@ -21,3 +21,6 @@ pub type Triangle = [u32; 3];
 
 /// A vertex position in output coordinates.
 pub type Position = [f32; 3];
+
+/// A direction of length 1 in output coordinates.
+pub type Normal = [f32; 3];

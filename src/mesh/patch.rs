@@ -1,7 +1,7 @@
 //! The surface of one slab, or of a part of one.
 
 use super::measure::face_normal;
-use super::{Position, Triangle};
+use super::{Normal, Position, Triangle};
 
 /// Vertices and triangles of consecutive layers, at their final ids. Patches of a surface come in
 /// order: the vertices of one begin where those of the one before ended.
@@ -17,8 +17,8 @@ pub struct Patch {
     pub n_ghosts: usize,
     /// Ghosts, then the patch's own vertices.
     pub vertices: Vec<Position>,
-    /// One unit normal a vertex, in step with `vertices`; empty where none were asked for.
-    pub normals: Vec<[f32; 3]>,
+    /// One unit normal for each of the patch's own vertices; empty where none were asked for.
+    pub normals: Vec<Normal>,
     /// Counter-clockwise seen from outside; ids in the whole mesh.
     pub triangles: Vec<Triangle>,
     /// One unit normal a triangle, or empty: left here by [`Measure::of`](super::Measure::of), so
@@ -30,11 +30,6 @@ impl Patch {
     /// The vertices that are this patch's own.
     pub fn own_vertices(&self) -> &[Position] {
         &self.vertices[self.n_ghosts..]
-    }
-
-    /// The normals of the patch's own vertices; empty where none were asked for.
-    pub fn own_normals(&self) -> &[[f32; 3]] {
-        self.normals.get(self.n_ghosts..).unwrap_or_default()
     }
 
     /// The unit normal of triangle `n`, zero where its corners lie on one line.

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::geom::{Dims, Grid, Place, Space};
 use crate::kernel::{Classify, Kernel, PatchSlices, Totals, cpu};
 use crate::limits::{MAX_TRIANGLES, MAX_VERTICES};
-use crate::mesh::{Buffer, Position, Triangle};
+use crate::mesh::{Buffer, Normal, Position, Triangle};
 use crate::source::{Planes, SourceError};
 use crate::volume::Rescale;
 
@@ -18,6 +18,8 @@ use crate::volume::Rescale;
 pub struct Surface {
     /// Positions in the output space.
     pub vertices: Buffer<Position>,
+    /// One unit normal a vertex, pointing outward, where [`SurfaceOptions::normals`] asks for them.
+    pub normals: Option<Buffer<Normal>>,
     /// Counter-clockwise seen from outside.
     pub triangles: Buffer<Triangle>,
 }
@@ -69,7 +71,7 @@ pub fn mesh_placed<T: Classify>(
     }
     let place = Place::new(grid, space).map_err(|e| Error::new(RunError::from(e)))?;
     let kernel = Kernel::new(dims, &place, Rescale::IDENTITY, surface.rule(), cpu());
-    into_memory(volume, dims, &kernel, options).map_err(Error::new)
+    into_memory(volume, dims, &kernel, surface.normals, options).map_err(Error::new)
 }
 
 fn dims_of<T>(volume: &ArrayView3<'_, T>) -> Result<Dims, Error> {
@@ -82,26 +84,56 @@ fn into_memory<T: Classify>(
     volume: ArrayView3<'_, T>,
     dims: Dims,
     kernel: &Kernel<T>,
+    normals: bool,
     options: &RunOptions<'_>,
 ) -> Result<Surface, RunError> {
     let most = most_possible(dims, kernel.most_a_cell());
-    let reserved =
-        Buffer::reserve(most.n_vertices as usize).zip(Buffer::reserve(most.n_triangles as usize));
-    let (mut vertices, mut triangles) = if let Some(reserved) = reserved {
+    let mut surface = if let Some(reserved) = Surface::reserve(most, normals) {
         reserved
     } else {
         let mut counter = Counter;
         let surfaces = vec![(kernel.clone(), &mut counter)];
-        let totals = total(&run(Planes::Resident(volume), dims, surfaces, options)?);
-        let n = |n: u64| n as usize;
-        (Buffer::zeroed(n(totals.n_vertices)), Buffer::zeroed(n(totals.n_triangles)))
+        Surface::zeroed(total(&run(Planes::Resident(volume), dims, surfaces, options)?), normals)
     };
-    let mut output = InMemory { rest: Some((&mut vertices, &mut triangles)) };
+    let rest = Slices {
+        vertices: &mut surface.vertices,
+        normals: surface.normals.as_deref_mut(),
+        triangles: &mut surface.triangles,
+    };
+    let mut output = InMemory { rest: Some(rest), normals };
     let surfaces = vec![(kernel.clone(), &mut output)];
     let totals = total(&run(Planes::Resident(volume), dims, surfaces, options)?);
-    vertices.truncate(totals.n_vertices as usize);
-    triangles.truncate(totals.n_triangles as usize);
-    Ok(Surface { vertices, triangles })
+    surface.truncate(totals);
+    Ok(surface)
+}
+
+impl Surface {
+    /// Room for the most there can be, if the system gives it.
+    fn reserve(most: Totals, normals: bool) -> Option<Self> {
+        let n_vertices = most.n_vertices as usize;
+        Some(Self {
+            vertices: Buffer::reserve(n_vertices)?,
+            normals: if normals { Some(Buffer::reserve(n_vertices)?) } else { None },
+            triangles: Buffer::reserve(most.n_triangles as usize)?,
+        })
+    }
+
+    fn zeroed(totals: Totals, normals: bool) -> Self {
+        let n_vertices = totals.n_vertices as usize;
+        Self {
+            vertices: Buffer::zeroed(n_vertices),
+            normals: normals.then(|| Buffer::zeroed(n_vertices)),
+            triangles: Buffer::zeroed(totals.n_triangles as usize),
+        }
+    }
+
+    fn truncate(&mut self, totals: Totals) {
+        self.vertices.truncate(totals.n_vertices as usize);
+        if let Some(normals) = &mut self.normals {
+            normals.truncate(totals.n_vertices as usize);
+        }
+        self.triangles.truncate(totals.n_triangles as usize);
+    }
 }
 
 fn total(outcome: &Outcome) -> Totals {
@@ -117,15 +149,28 @@ fn most_possible(dims: Dims, a_cell: Totals) -> Totals {
     }
 }
 
+/// The arrays, or what is left of them.
+#[derive(Default)]
+struct Slices<'m> {
+    vertices: &'m mut [Position],
+    normals: Option<&'m mut [Normal]>,
+    triangles: &'m mut [Triangle],
+}
+
 /// Slices of the arrays, cut off in slab order.
 struct InMemory<'m> {
-    rest: Option<(&'m mut [Position], &'m mut [Triangle])>,
+    rest: Option<Slices<'m>>,
+    normals: bool,
 }
 
 impl<'m, T: Classify> Output<T> for InMemory<'m> {
-    type Claim = (&'m mut [Position], &'m mut [Triangle]);
-    type Store = (&'m mut [Position], &'m mut [Triangle]);
+    type Claim = Slices<'m>;
+    type Store = Slices<'m>;
     type Buffers = ();
+
+    fn halo(&self) -> usize {
+        usize::from(self.normals)
+    }
 
     fn store(&mut self) -> Self::Store {
         self.rest.take().unwrap_or_default()
@@ -133,27 +178,38 @@ impl<'m, T: Classify> Output<T> for InMemory<'m> {
 
     fn claim(store: &mut Self::Store, totals: Totals) -> Result<Self::Claim, RunError> {
         let (n_vertices, n_triangles) = (totals.n_vertices as usize, totals.n_triangles as usize);
-        let (vertices, triangles) = std::mem::take(store);
-        let short = RunError::Internal("more output than was counted");
-        let Some((vertices, more_vertices)) = vertices.split_at_mut_checked(n_vertices) else {
-            return Err(short);
+        let all = std::mem::take(store);
+        let cut = || {
+            let (vertices, more_vertices) = all.vertices.split_at_mut_checked(n_vertices)?;
+            let (triangles, more_triangles) = all.triangles.split_at_mut_checked(n_triangles)?;
+            let (normals, more_normals) = match all.normals {
+                Some(normals) => {
+                    let (normals, more) = normals.split_at_mut_checked(n_vertices)?;
+                    (Some(normals), Some(more))
+                }
+                None => (None, None),
+            };
+            let rest = Slices {
+                vertices: more_vertices,
+                normals: more_normals,
+                triangles: more_triangles,
+            };
+            Some((Slices { vertices, normals, triangles }, rest))
         };
-        let Some((triangles, more_triangles)) = triangles.split_at_mut_checked(n_triangles) else {
-            return Err(short);
-        };
-        *store = (more_vertices, more_triangles);
-        Ok((vertices, triangles))
+        let (claim, rest) = cut().ok_or(RunError::Internal("more output than was counted"))?;
+        *store = rest;
+        Ok(claim)
     }
 
     fn put(
         &self,
         counted: Counted<'_, T>,
-        (vertices, triangles): Self::Claim,
+        Slices { vertices, normals, triangles }: Self::Claim,
         (): &mut (),
         _: &Stop,
     ) -> Result<Spent, RunError> {
         let begun = std::time::Instant::now();
-        let out = PatchSlices { ghosts: None, vertices, triangles };
+        let out = PatchSlices { ghosts: None, vertices, normals, triangles };
         let layers = counted.slab.layers.clone();
         counted.kernel.fill(counted.slab, counted.scratch, layers, counted.first_vertex, out);
         Ok(Spent { mesh: begun.elapsed(), ..Spent::default() })

@@ -11,6 +11,7 @@
 mod dispense;
 mod error;
 mod estimate;
+mod handover;
 mod memory;
 mod options;
 mod patches;
@@ -52,15 +53,6 @@ pub fn extract(
     with_planes!(planes, planes => extract_typed(&meta, planes, place, surfaces, options))
 }
 
-/// Runs work that shares itself out, such as [`crate::source::dicom::scan`], on so many threads.
-pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
-    match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
-        Ok(pool) => pool.install(work),
-        // Without threads of its own it runs on those that there are.
-        Err(_) => work(),
-    }
-}
-
 fn extract_typed<T: Classify>(
     meta: &Meta,
     planes: Planes<'_, T>,
@@ -71,7 +63,9 @@ fn extract_typed<T: Classify>(
     let begun = Instant::now();
     let dims = meta.grid.dims;
     let (rules, sinks): (Vec<SurfaceOptions>, Vec<&mut dyn Sink>) = surfaces.into_iter().unzip();
-    let mut outputs: Vec<_> = sinks.into_iter().map(Patches::new).collect();
+    let with_normals = rules.iter().map(|rule| rule.normals);
+    let mut outputs: Vec<_> =
+        sinks.into_iter().zip(with_normals).map(|(sink, n)| Patches::new(sink, n)).collect();
     let kernels =
         rules.iter().map(|rule| Kernel::new(dims, place, meta.rescale, rule.rule(), cpu()));
     let outcome = run::run(planes, dims, kernels.zip(&mut outputs).collect(), options)?;

@@ -21,6 +21,7 @@ const BATCH_TRIANGLES: usize = 128 << 10;
 /// The sink of one surface, with the sums over what it was given.
 pub(super) struct Patches<'a> {
     encoder: Arc<dyn Encoder>,
+    normals: bool,
     sink: Sequence<(&'a mut dyn Sink, Measure)>,
 }
 
@@ -32,8 +33,9 @@ pub(super) struct Buffers {
 }
 
 impl<'a> Patches<'a> {
-    pub(super) fn new(sink: &'a mut dyn Sink) -> Self {
-        Self { encoder: sink.encoder(), sink: Sequence::new((sink, Measure::default())) }
+    pub(super) fn new(sink: &'a mut dyn Sink, normals: bool) -> Self {
+        let encoder = sink.encoder();
+        Self { encoder, normals, sink: Sequence::new((sink, Measure::default())) }
     }
 
     pub(super) fn into_inner(self) -> (&'a mut dyn Sink, Measure) {
@@ -45,6 +47,10 @@ impl<T: Classify> Output<T> for Patches<'_> {
     type Claim = ();
     type Store = ();
     type Buffers = Buffers;
+
+    fn halo(&self) -> usize {
+        usize::from(self.normals)
+    }
 
     fn store(&mut self) {}
 
@@ -66,7 +72,7 @@ impl<T: Classify> Output<T> for Patches<'_> {
         let mut first = counted.first_vertex;
         let mut begun = Instant::now();
         let (mut part, mut totals) = next_part(&counted, layers.start);
-        fill(&counted, part.clone(), totals, first, &mut buffers.patch);
+        fill(&counted, part.clone(), totals, first, self.normals, &mut buffers.patch);
         let measure = Measure::of(&mut buffers.patch);
         let is_small = buffers.patch.triangles.len() <= BATCH_TRIANGLES;
         spent.mesh += begun.elapsed();
@@ -82,7 +88,7 @@ impl<T: Classify> Output<T> for Patches<'_> {
             while part.end < layers.end {
                 first = first.wrapping_add(totals.n_vertices as u32);
                 (part, totals) = next_part(&counted, part.end);
-                fill(&counted, part.clone(), totals, first, &mut buffers.patch);
+                fill(&counted, part.clone(), totals, first, self.normals, &mut buffers.patch);
                 let measure = Measure::of(&mut buffers.patch);
                 self.append(*sink, buffers, false)?;
                 sum.merge(&measure);
@@ -150,6 +156,7 @@ fn fill<T: Classify>(
     part: Range<usize>,
     totals: Totals,
     first: u32,
+    with_normals: bool,
     patch: &mut Patch,
 ) {
     let n_ghosts = counted.kernel.n_ghosts(counted.slab, counted.scratch, part.start);
@@ -158,6 +165,11 @@ fn fill<T: Classify>(
     patch.vertices.resize(n_ghosts + totals.n_vertices as usize, [0.0; 3]);
     patch.triangles.resize(totals.n_triangles as usize, [0; 3]);
     let (ghosts, vertices) = patch.vertices.split_at_mut(n_ghosts);
-    let out = PatchSlices { ghosts: Some(ghosts), vertices, triangles: &mut patch.triangles };
+    let normals = with_normals.then(|| {
+        patch.normals.resize(totals.n_vertices as usize, [0.0; 3]);
+        &mut patch.normals[..]
+    });
+    let triangles = &mut patch.triangles;
+    let out = PatchSlices { ghosts: Some(ghosts), vertices, normals, triangles };
     counted.kernel.fill(counted.slab, counted.scratch, part, first, out);
 }

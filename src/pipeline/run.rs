@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use super::dispense::Dispenser;
+use super::handover::Handover;
 use super::plan::Plan;
 use super::sequence::{Sequence, Stop};
 use super::{RunError, RunOptions};
@@ -21,6 +22,11 @@ pub(super) trait Output<T: Classify>: Sync {
     type Store: Send;
     /// What a worker reuses from slab to slab.
     type Buffers: Default;
+
+    /// Planes that it needs on either side of those that a slab's cells touch.
+    fn halo(&self) -> usize {
+        0
+    }
 
     /// The store of a surface of which nothing is claimed yet.
     fn store(&mut self) -> Self::Store;
@@ -78,6 +84,7 @@ pub(super) struct Outcome {
 struct Surface<'a, T: Classify, O: Output<T>> {
     kernel: Kernel<T>,
     output: &'a O,
+    handover: Handover,
     ledger: Sequence<(Totals, O::Store)>,
 }
 
@@ -89,12 +96,13 @@ pub(super) fn run<T: Classify, O: Output<T>>(
     options: &RunOptions<'_>,
 ) -> Result<Outcome, RunError> {
     let threads = options.threads.max(1);
-    let plan = Plan::new(dims, size_of::<T>(), threads, options.slab_planes, 0);
+    let halo = surfaces.iter().map(|(_, output)| output.halo()).max().unwrap_or(0);
+    let plan = Plan::new(dims, size_of::<T>(), threads, options.slab_planes, halo);
     let surfaces: Vec<_> = surfaces
         .into_iter()
         .map(|(kernel, output)| {
             let ledger = Sequence::new((Totals::default(), output.store()));
-            Surface { kernel, output: &*output, ledger }
+            Surface { kernel, output: &*output, handover: Handover::new(threads), ledger }
         })
         .collect();
     let job = Job {
@@ -177,6 +185,8 @@ impl<T: Classify, O: Output<T>> Job<'_, '_, T, O> {
             if self.options.cancel.is_raised() {
                 return Err((number, RunError::Interrupted));
             }
+            surface.kernel.classify(&slab, scratch);
+            surface.handover.exchange(number, scratch);
             let totals = surface.kernel.count(&slab, scratch);
             spent.mesh += begun.elapsed();
             let entered = surface.ledger.in_turn(&self.stop, number, |(sum, store)| {

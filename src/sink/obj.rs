@@ -25,7 +25,7 @@ impl ObjEncoder {
 impl Encoder for ObjEncoder {
     fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
         let mut line = Line::new();
-        let mut normals = patch.own_normals().iter();
+        let mut normals = patch.normals.iter();
         let vertices = if triangles.start == 0 { patch.own_vertices() } else { &[] };
         for &vertex in vertices {
             line.word(b"v").floats(vertex).end(&mut out.vertices);

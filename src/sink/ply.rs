@@ -47,13 +47,13 @@ impl Encoder for PlyEncoder {
         let triangles = &patch.triangles[triangles];
         match (self.ascii, self.normals) {
             (true, false) => text(vertices, &[], triangles, out),
-            (true, true) => text(vertices, patch.own_normals(), triangles, out),
+            (true, true) => text(vertices, &patch.normals, triangles, out),
             (false, false) => {
                 flat::<3, 12>(vertices, |&v| v, &mut out.vertices);
                 faces(triangles, &mut out.faces);
             }
             (false, true) => {
-                let mut normals = patch.own_normals().iter();
+                let mut normals = patch.normals.iter();
                 let both = |&[x, y, z]: &Position| {
                     let [nx, ny, nz] = normals.next().copied().unwrap_or_default();
                     [x, y, z, nx, ny, nz]

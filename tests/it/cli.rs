@@ -46,7 +46,9 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a.nii", "--iso", "3", "-o", "x/", "--shard", "4/3"], "is not I/N"),
         (vec!["a.nii", "--iso", "3", "-o", "x/", "--max-memory", "lots"], "not a size"),
         (vec!["a.nii", "--iso", "3", "-o", "no/x/"], "there is no such folder"),
-        (vec!["info", "-"], "info reads files"),
+        (vec!["info", "-"], "--dims is missing"),
+        (vec!["a.nii", "--iso", "1", "-o", "x.stl", "--normals"], "STL has no vertex normals"),
+        (vec!["a.nii", "--iso", "1", "-o", "-", "--normals"], "STL has no vertex normals"),
         (vec!["in.stl", "--iso", "3", "-o", "in.stl"], "the output is the input"),
         (vec!["in.stl", "--iso", "3", "-o", "./in.stl"], "the output is the input"),
         (vec!["a.nii", "--iso", "3", "-o", "-", "--json"], "both want standard output"),
@@ -169,6 +171,29 @@ fn what_fails_is_one_line_status_1_and_an_object_of_its_kind() {
         );
         assert!(!text.contains("os error"), "{text}");
         assert_eq!(sandbox.files(), ["text.nii"]);
+    }
+}
+
+#[test]
+fn normals_are_in_ply_and_obj_the_same_on_any_number_of_threads() {
+    let sandbox = Sandbox::new();
+    let head = volume("ct_head.nii.gz");
+    let mesh = |name: &str, more: &str| {
+        sandbox.ends(0, &format!("{head} --iso 300 -q -o {name} {more}"));
+        (mcubes::reader::read(&sandbox.path(name)).unwrap(), sandbox.bytes(name))
+    };
+    let (plain, _) = mesh("plain.ply", "");
+    assert!(plain.normals.is_empty());
+    let (first, bytes) = mesh("1.ply", "--normals --threads 1");
+    assert_eq!((&first.vertices, &first.triangles), (&plain.vertices, &plain.triangles));
+    assert_eq!(first.normals.len(), first.vertices.len());
+    sandbox.ends(0, "check 1.ply");
+    for threads in ["2", "7"] {
+        assert!(mesh("n.ply", &format!("--normals --threads {threads}")).1 == bytes, "{threads}");
+    }
+    for (name, more) in [("n.obj", "--normals"), ("text.ply", "--normals --ascii")] {
+        assert_eq!(mesh(name, more).0, first, "{name}");
+        sandbox.ends(0, &format!("check {name}"));
     }
 }
 

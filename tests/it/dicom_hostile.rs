@@ -15,7 +15,7 @@ use mcubes::source::dicom::{self, OpenOptions, ScanOptions};
 use tempfile::TempDir;
 
 use crate::dicom::values;
-use crate::support::dicom::Series;
+use crate::support::dicom::{Elements, Series, file};
 use crate::support::{repository, shared};
 
 /// Scans, opens and reads all; the notes if that goes well.
@@ -148,4 +148,32 @@ fn flipped_bytes_never_panic_nor_take_much_memory() {
             let _ = read(&series);
         }
     }
+}
+
+#[test]
+fn what_fuzzing_found_is_one_error_that_says_what_is_wrong() {
+    // A parser that took 32 whole values and went on read a length of 3.8 GB in the 65th byte.
+    let path = repository("fuzz/regressions/dicom/columns-of-65-bytes");
+    let error = read(&path).unwrap_err();
+    let said = "element (0028,0011): its length is no whole number of values";
+    assert!(error.to_string().ends_with(said), "{error}");
+}
+
+#[test]
+fn a_length_that_is_no_whole_number_of_values_is_refused_without_a_vr_too() {
+    let mut data = Elements::default();
+    for (element, value) in [(0x0005, &b"ISO_IR 100"[..]), (0x0016, b"1.2.840.10008.5.1.4.1.1.2 ")]
+    {
+        data.0.extend([0x08, 0, element as u8, 0]);
+        data.0.extend((value.len() as u32).to_le_bytes());
+        data.0.extend(value);
+    }
+    // Rows of three bytes, implicit VR.
+    data.0.extend([0x28, 0, 0x10, 0, 3, 0, 0, 0, 1, 0, 0]);
+    data.0.extend([0xE3; 64]);
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("odd");
+    std::fs::write(&path, file("1.2.840.10008.1.2", &data)).unwrap();
+    let error = read(&path).unwrap_err();
+    assert!(error.to_string().contains("element (0028,0010): its length"), "{error}");
 }

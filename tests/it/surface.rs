@@ -38,10 +38,17 @@ pub(crate) fn mesh_on<T: Classify>(volume: ArrayView3<'_, T>, rule: Rule, cpu: C
     let planes: Vec<&[T]> = samples.chunks_exact(nx * ny).collect();
     let slab = Slab { layers: 0..nz + 1, first_plane: 0, planes: &planes };
     let mut scratch = Scratch::default();
+    kernel.classify(&slab, &mut scratch);
     let totals = kernel.count(&slab, &mut scratch);
     let mut vertices = vec![[0.0; 3]; totals.n_vertices as usize];
     let mut triangles = vec![[0; 3]; totals.n_triangles as usize];
-    let out = PatchSlices { ghosts: None, vertices: &mut vertices, triangles: &mut triangles };
+    let (vertices_out, triangles_out) = (&mut vertices[..], &mut triangles[..]);
+    let out = PatchSlices {
+        ghosts: None,
+        vertices: vertices_out,
+        normals: None,
+        triangles: triangles_out,
+    };
     kernel.fill(&slab, &scratch, 0..nz + 1, 0, out);
     (vertices, triangles)
 }

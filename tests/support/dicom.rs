@@ -55,6 +55,9 @@ pub(crate) struct Series {
     /// The first sample of each slice, LPS mm.
     pub(crate) positions: Vec<Vec3>,
     pub(crate) body: Ellipsoid,
+    pub(crate) image_type: &'static str,
+    /// Written in front of the pixels.
+    pub(crate) extra: Elements,
 }
 
 impl Series {
@@ -79,6 +82,8 @@ impl Series {
             column,
             positions: (0..n).map(position).collect(),
             body,
+            image_type: "ORIGINAL\\PRIMARY\\AXIAL",
+            extra: Elements::default(),
         }
     }
 
@@ -120,7 +125,7 @@ impl Series {
         };
         let directions = [self.row, self.column].concat();
         let mut data = Elements::default();
-        data.text((0x0008, 0x0008), *b"CS", "ORIGINAL\\PRIMARY\\AXIAL");
+        data.text((0x0008, 0x0008), *b"CS", self.image_type);
         data.text((0x0008, 0x0016), *b"UI", "1.2.840.10008.5.1.4.1.1.2");
         data.text((0x0008, 0x0018), *b"UI", &format!("{}.{instance}", self.uid));
         data.text((0x0008, 0x0050), *b"SH", SECRET);
@@ -146,13 +151,14 @@ impl Series {
         data.short((0x0028, 0x0103), 0);
         data.text((0x0028, 0x1052), *b"DS", "-100");
         data.text((0x0028, 0x1053), *b"DS", "0.25");
+        data.0.extend(&self.extra.0);
         data.element((0x7FE0, 0x0010), *b"OW", &pixels);
         file("1.2.840.10008.1.2.1", &data)
     }
 }
 
 /// A data set being written, explicit VR little endian.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Elements(pub(crate) Vec<u8>);
 
 impl Elements {

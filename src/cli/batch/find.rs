@@ -10,7 +10,6 @@ use crate::cancel::Cancel;
 use crate::cli::options::{Run, is_dash};
 use crate::cli::report::Trouble;
 use crate::error::{Error, Kind};
-use crate::pipeline::with_threads;
 use crate::source::dicom::{self, Study};
 use crate::source::{self, Content, SourceError};
 
@@ -154,14 +153,18 @@ impl Finder<'_> {
         Ok(())
     }
 
-    fn scan<T: Send>(
+    fn scan<T>(
         &self,
         path: &Path,
-        scan: impl FnOnce(&dicom::ScanOptions<'_>) -> Result<T, Error> + Send,
+        scan: impl FnOnce(&dicom::ScanOptions<'_>) -> Result<T, Error>,
     ) -> Result<T, Error> {
         let progress = |done| self.board.looked_at(path, done);
-        let options = dicom::ScanOptions { cancel: self.cancel.clone(), progress: Some(&progress) };
-        with_threads(self.run.threads, || scan(&options))
+        let options = dicom::ScanOptions {
+            cancel: self.cancel.clone(),
+            progress: Some(&progress),
+            threads: Some(self.run.threads),
+        };
+        scan(&options)
     }
 }
 

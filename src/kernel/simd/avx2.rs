@@ -7,8 +7,11 @@ use bytemuck::must_cast;
 
 use super::super::bits::BitPlane;
 use super::super::emit::Triangles;
+use super::super::family::Family;
+use super::super::gather::Gathered;
 use super::super::key::Threshold;
 use super::super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
+use super::super::normal::Surroundings;
 use super::super::vertices::{LayerVertices, Placing, Plane};
 use super::prefetch;
 use crate::geom::vec3::Vec3;
@@ -188,4 +191,28 @@ pub(super) fn vertices<T: Sample>(
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
     placing.ghosts_with(plane, out, |f, g, out| f.place(g, out));
+}
+
+/// Normals, the plain code compiled for wider registers.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn normals<T: Sample>(
+    placing: &Placing,
+    words: &[ActiveWord],
+    planes: [Plane<'_, T>; 2],
+    step: Vec3,
+    around: &Surroundings<'_, T>,
+    out: LayerVertices<'_>,
+) {
+    placing.layer_with(words, planes, step, out, |f, g, out| gathered_normals(around, f, g, out));
+}
+
+/// A function of its own, so that it is compiled once for all places that call it.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+fn gathered_normals<T: Sample>(
+    around: &Surroundings<'_, T>,
+    family: &Family<'_, T>,
+    edges: &Gathered,
+    out: &mut [Position],
+) {
+    around.normals(family, edges, out);
 }

@@ -22,6 +22,7 @@ use super::cpu::Cpu;
 use super::emit::Triangles;
 use super::key::Threshold;
 use super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
+use super::normal::Surroundings;
 use super::vertices::{LayerVertices, Placing, Plane};
 use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
@@ -156,4 +157,34 @@ pub(super) fn ghosts<T: Sample>(
         avx2::ghosts(placing, plane, out),
         avx512::ghosts(placing, plane, out)
     );
+}
+
+/// Makes the normals of a layer's vertices, in step with them.
+pub(super) fn normals<T: Sample>(
+    cpu: Cpu,
+    placing: &Placing,
+    words: &[ActiveWord],
+    planes: [Plane<'_, T>; 2],
+    step: Vec3,
+    around: &Surroundings<'_, T>,
+    out: LayerVertices<'_>,
+) {
+    dispatch!(
+        cpu,
+        portable_normals(placing, words, planes, step, around, out),
+        portable_normals(placing, words, planes, step, around, out),
+        avx2::normals(placing, words, planes, step, around, out),
+        avx2::normals(placing, words, planes, step, around, out)
+    );
+}
+
+fn portable_normals<T: Sample>(
+    placing: &Placing,
+    words: &[ActiveWord],
+    planes: [Plane<'_, T>; 2],
+    step: Vec3,
+    around: &Surroundings<'_, T>,
+    out: LayerVertices<'_>,
+) {
+    placing.layer_with(words, planes, step, out, |f, g, out| around.normals(f, g, out));
 }

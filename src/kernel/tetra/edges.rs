@@ -79,6 +79,11 @@ impl Crossings {
         self.before.last().copied().unwrap_or(0)
     }
 
+    /// Makes these the same as others.
+    pub(in super::super) fn copy_from(&mut self, other: &Self) {
+        self.before.clone_from(&other.before);
+    }
+
     /// There are none.
     pub(super) fn clear(&mut self, ny: usize) {
         self.before.clear();

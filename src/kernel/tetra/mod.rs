@@ -6,6 +6,7 @@
 
 mod edges;
 mod emit;
+mod normals;
 mod tables;
 mod vertices;
 

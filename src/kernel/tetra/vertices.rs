@@ -15,7 +15,7 @@ fn along(p: Vec3, v: Vec3, s: f64) -> Position {
 
 /// Calls `f` with each set bit's number, rising.
 #[inline(always)]
-fn for_each_bit(word: u64, first: usize, mut f: impl FnMut(usize)) {
+pub(super) fn for_each_bit(word: u64, first: usize, mut f: impl FnMut(usize)) {
     let mut word = word;
     while word != 0 {
         f(first + word.trailing_zeros() as usize);

@@ -1,11 +1,12 @@
 //! One candidate volume: its frames in order, what is known of it, and what stands in its way.
 
+use super::doubles::drop_doubles;
 use super::error::{DicomError, FileFault};
-use super::instance::Instance;
+use super::instance::{Instance, frame_name};
 use super::order::{self, ArrangeError, Arranged, Missing};
-use super::pixels::Pixels;
 use super::series::{self, FrameRef, Group};
 use super::syntax;
+use crate::cancel::Cancel;
 use crate::geom::Grid;
 use crate::geom::vec3::Vec3;
 use crate::volume::{Format, Meta, Note, Padding, Rescale, SeriesFacts};
@@ -63,12 +64,18 @@ impl Candidate {
 }
 
 /// Makes a candidate of a group that is split as far as it goes. Its number is given later.
-pub(super) fn assess(mut group: Group, instances: &[Instance]) -> Option<Candidate> {
+///
+/// Where the run is stopped meanwhile, what comes back is not to be used.
+pub(super) fn assess(
+    mut group: Group,
+    instances: &[Instance],
+    cancel: &Cancel,
+) -> Option<Candidate> {
     let n_images = group.frames.len();
     let (first, _) = group.frames.first()?.get(instances)?;
     let runs = series::sort(&mut group, instances);
     let mut notes = Vec::new();
-    let (frames, doubles) = drop_doubles(&group, &runs, instances, &mut notes);
+    let (frames, doubles) = drop_doubles(&group, &runs, instances, cancel, &mut notes);
     let mut candidate = Candidate {
         number: 0,
         modality: first.modality.clone(),
@@ -81,11 +88,16 @@ pub(super) fn assess(mut group: Group, instances: &[Instance]) -> Option<Candida
         frames,
         uniform: true,
     };
-    candidate.problem = place(&mut candidate, &group, instances, notes);
-    if candidate.problem.is_none() || candidate.obstacle(true).is_none() {
-        let file = file_problem(&candidate, instances);
-        candidate.problem = file.or(doubles).or(candidate.problem);
-    }
+    let problem = place(&mut candidate, &group, instances, notes);
+    let file = || file_problem(&candidate, instances);
+    candidate.problem = match problem {
+        // What is wrong with a file that stands alone says more than that it stands alone.
+        Some(problem @ (DicomError::TooFew { .. } | DicomError::NoGeometry { .. })) => {
+            file().or(Some(problem))
+        }
+        problem @ (None | Some(DicomError::MissingSlices { .. })) => file().or(doubles).or(problem),
+        problem => problem,
+    };
     Some(candidate)
 }
 
@@ -110,12 +122,11 @@ fn place(
     candidate: &mut Candidate,
     group: &Group,
     instances: &[Instance],
-    notes: Vec<Note>,
+    mut notes: Vec<Note>,
 ) -> Option<DicomError> {
     let (first, _) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
     if first.is_mosaic {
-        let what = "a Siemens mosaic: one picture holds a whole volume as tiles".to_owned();
-        return Some(DicomError::NotSlices { what });
+        return Some(DicomError::Mosaic);
     }
     let Some(facing) = group.facing else {
         candidate.dims[2] = group.frames.len();
@@ -152,6 +163,9 @@ fn place(
     };
     candidate.series.tilt_degrees = arranged.tilt_degrees;
     let missing = arranged.missing;
+    if let Some(gaps) = arranged.gaps_mm.as_ref().filter(|_| missing.is_none()) {
+        notes.push(uneven(gaps));
+    }
     let meta = meta(candidate, arranged.grid, arranged.gaps_mm, first, instances, notes);
     candidate.meta = Some(meta);
     missing.map(|m| missing_error(&m, candidate, instances, String::new()))
@@ -170,13 +184,12 @@ fn missing_error(
     missing.error(name, faults)
 }
 
-/// A frame's name: the file's, with the frame's number from 1 where the file has several.
-fn frame_name((instance, frame): (&Instance, &super::instance::Frame)) -> String {
-    if instance.n_frames > 1 {
-        format!("{} frame {}", instance.name, frame.index + 1).trim_start().to_owned()
-    } else {
-        instance.name.clone()
-    }
+fn uneven(gaps: &[f64]) -> Note {
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = gaps.iter().copied().fold(0.0, f64::max);
+    Note::Other(format!(
+        "the slices are unevenly spaced ({least:.2} to {most:.2} mm): each is meshed where it lies"
+    ))
 }
 
 fn meta(
@@ -185,7 +198,7 @@ fn meta(
     gaps_mm: Option<Vec<f64>>,
     first: &Instance,
     instances: &[Instance],
-    mut notes: Vec<Note>,
+    notes: Vec<Note>,
 ) -> Meta {
     let all: Vec<_> = candidate.frames.iter().filter_map(|r| r.get(instances)).collect();
     let scale = all.first().map(|(_, f)| (f.slope, f.inter));
@@ -193,13 +206,6 @@ fn meta(
     let same_scale = all.iter().all(|(_, f)| Some((f.slope, f.inter)) == scale);
     candidate.uniform = same_scale && all.iter().all(|(i, _)| Some(i.padding) == padding);
     let rescale = scale.filter(|_| candidate.uniform).and_then(|(s, i)| Rescale::new(s, i));
-    if let Some(gaps) = &gaps_mm {
-        let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = gaps.iter().copied().fold(0.0, f64::max);
-        notes.push(Note::Other(format!(
-            "the slices are unevenly spaced ({least:.2} to {most:.2} mm): each is meshed where it lies"
-        )));
-    }
     let description = [candidate.series.description.clone(), candidate.apart.clone()];
     let description = description.into_iter().flatten().collect::<Vec<_>>().join(", ");
     Meta {
@@ -239,50 +245,6 @@ fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
     DicomError::NoGeometry { what: format!("no {}", what.join(", no ")), names }
 }
 
-/// Keeps one frame a position. Doubles of the same samples are dropped with a note; different
-/// images at one position are an error.
-fn drop_doubles(
-    group: &Group,
-    runs: &[std::ops::Range<usize>],
-    instances: &[Instance],
-    notes: &mut Vec<Note>,
-) -> (Vec<FrameRef>, Option<DicomError>) {
-    if runs.is_empty() {
-        return (group.frames.clone(), None);
-    }
-    let mut kept = Vec::new();
-    let mut dropped = Vec::new();
-    let mut conflicts = Vec::new();
-    for run in runs {
-        let mut same = group.frames.get(run.clone()).unwrap_or_default().iter().copied();
-        let Some(mut best) = same.next() else { continue };
-        for other in same {
-            let (Some(a), Some(b)) = (best.get(instances), other.get(instances)) else { continue };
-            if a.0.fault.is_some() && b.0.fault.is_none() {
-                dropped.push(frame_name(a));
-                best = other;
-            } else if b.0.fault.is_some() || Pixels::same_frame(a, b) {
-                dropped.push(frame_name(b));
-            } else {
-                conflicts.push(format!("{} and {}", frame_name(a), frame_name(b)));
-            }
-        }
-        kept.push(best);
-    }
-    if !dropped.is_empty() {
-        let count = dropped.len();
-        let s = if count == 1 { "" } else { "s" };
-        let first = dropped.first().cloned().unwrap_or_default();
-        notes.push(Note::Other(format!("{count} double image{s} left out ({first})")));
-    }
-    let count = conflicts.len();
-    let problem = (count > 0).then(|| {
-        conflicts.truncate(3);
-        DicomError::Conflict { count, names: conflicts.join(", ") }
-    });
-    (kept, problem)
-}
-
 /// The first fault among the files that make up a candidate.
 fn file_problem(candidate: &Candidate, instances: &[Instance]) -> Option<DicomError> {
     let mut faults = Vec::new();
@@ -309,4 +271,16 @@ fn file_problem(candidate: &Candidate, instances: &[Instance]) -> Option<DicomEr
 pub(super) fn syntax_names(facts: &SeriesFacts) -> String {
     let names: Vec<&str> = facts.transfer_syntaxes.iter().map(|s| syntax::name(s)).collect();
     names.join(", ")
+}
+
+/// The same in one or two words each.
+pub(super) fn short_syntax_names(facts: &SeriesFacts) -> String {
+    let mut names: Vec<&str> =
+        facts.transfer_syntaxes.iter().map(|s| syntax::short_name(s)).collect();
+    names.dedup();
+    match names.as_slice() {
+        [] => String::new(),
+        [name] => (*name).to_owned(),
+        [name, others @ ..] => format!("{name} +{}", others.len()),
+    }
 }

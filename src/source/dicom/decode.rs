@@ -69,7 +69,7 @@ pub(super) fn decode(
         }
         Codec::JpegLs => {
             let decoded = jpegls::decode(stored, layout.rows, layout.cols)
-                .map_err(|e| fail(super::blob::one_line(&e)))?;
+                .map_err(|error| FileFault::JpegLs { syntax: name.to_owned(), error })?;
             let precision = u32::from(decoded.bits);
             if precision.div_ceil(8) as usize > layout.bytes {
                 return Err(fail(format!(

@@ -1,5 +1,8 @@
 //! One element: tag, value representation, length. Every length is compared with what is left.
 
+use dicom_core::dictionary::{DataDictionary, DataDictionaryEntry};
+use dicom_object::StandardDataDictionary;
+
 use super::blob::Stream;
 use super::error::{FileFault, Tag};
 
@@ -25,6 +28,33 @@ pub(super) fn is_vr(vr: [u8; 2]) -> bool {
 pub(super) fn has_long_length(vr: [u8; 2]) -> bool {
     const VRS: &[u8] = b"OBODOFOLOVOWSQSVUCUNURUTUV";
     VRS.chunks_exact(2).any(|long| long == vr)
+}
+
+/// The bytes of one value of a binary VR; 1 for text and bytes.
+fn value_bytes(vr: [u8; 2]) -> u32 {
+    match &vr {
+        b"US" | b"SS" | b"OW" => 2,
+        b"UL" | b"SL" | b"FL" | b"OF" | b"OL" | b"AT" => 4,
+        b"FD" | b"OD" | b"SV" | b"UV" | b"OV" => 8,
+        _ => 1,
+    }
+}
+
+/// Refuses a value whose length is no whole number of values of its VR, which is the dictionary's
+/// where the file names none: a parser that reads whole values would go on in the middle of it,
+/// and take what it finds there for a length.
+pub(super) fn check_whole(element: &Element, explicit: bool) -> Result<(), FileFault> {
+    let vr = if explicit {
+        element.vr
+    } else {
+        let entry = StandardDataDictionary.by_tag(dicom_core::Tag(element.tag.0, element.tag.1));
+        entry.map_or(*b"UN", |entry| entry.vr().relaxed().to_bytes())
+    };
+    if element.length.is_multiple_of(value_bytes(vr)) {
+        return Ok(());
+    }
+    let what = "its length is no whole number of values";
+    Err(FileFault::BadElement { tag: element.tag, what })
 }
 
 /// An element's tag, VR and length.

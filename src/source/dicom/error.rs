@@ -109,6 +109,14 @@ pub enum FileFault {
         /// The decoder's own words, one line.
         detail: String,
     },
+    /// JPEG-LS pixels that do not decode.
+    #[error("the {syntax} pixels do not decode: {error}")]
+    JpegLs {
+        /// The transfer syntax, by name.
+        syntax: String,
+        /// What is wrong with the frame.
+        error: super::jpegls::JpegLsError,
+    },
     /// A plane beyond the limits.
     #[error(transparent)]
     Dims(#[from] crate::geom::DimsError),
@@ -152,6 +160,7 @@ impl Failure for FileFault {
             Self::Unsupported(_) => Kind::UnsupportedType,
             Self::Syntax { .. } => Kind::UnsupportedSyntax,
             Self::NoFrame { .. } | Self::Codec { .. } => Kind::CorruptPixels,
+            Self::JpegLs { error, .. } => error.kind(),
             Self::HeaderTooLarge { .. } | Self::Dims(crate::geom::DimsError::PlaneTooLarge(..)) => {
                 Kind::TooLarge
             }
@@ -161,14 +170,15 @@ impl Failure for FileFault {
 
     fn hint(&self) -> Option<String> {
         match self {
-            Self::HeaderEnds { .. } | Self::LengthBeyond { .. } | Self::PixelsEnd { .. } => {
+            _ if self.kind() == Kind::TruncatedData => {
                 Some("the file was cut short; copy or export it again".to_owned())
             }
-            Self::Syntax { .. } => Some(
+            _ if self.kind() == Kind::UnsupportedSyntax => Some(
                 "export the series uncompressed, or convert it (dcmdjpeg, gdcmconv --raw)"
                     .to_owned(),
             ),
-            Self::Codec { .. } | Self::NoFrame { .. } => {
+            Self::JpegLs { error, .. } if error.kind() == Kind::TooLarge => None,
+            Self::JpegLs { .. } | Self::Codec { .. } | Self::NoFrame { .. } => {
                 Some("the file is damaged; export it again".to_owned())
             }
             _ => None,
@@ -226,12 +236,9 @@ pub enum DicomError {
         /// The first files.
         names: String,
     },
-    /// Frames that are not slices.
-    #[error("{what}: not slices of a volume")]
-    NotSlices {
-        /// What they are.
-        what: String,
-    },
+    /// A Siemens mosaic.
+    #[error("a Siemens mosaic: each picture holds a whole volume as tiles, which is not unpacked")]
+    Mosaic,
     /// A gap that says that slices are missing.
     #[error("{count} slice{} missing: {gaps}, the others are {step} mm apart{}", if *.count == 1 { " is" } else { "s are" }, left_out(.faults))]
     MissingSlices {
@@ -277,7 +284,8 @@ fn in_brackets(name: &str) -> String {
     if name.is_empty() { String::new() } else { format!(" ({name})") }
 }
 
-fn others(more: usize) -> String {
+/// How many files more.
+pub(super) fn others(more: usize) -> String {
     match more {
         0 => String::new(),
         1 => " (and 1 more file)".to_owned(),
@@ -292,9 +300,7 @@ impl Failure for DicomError {
             Self::NoImages { .. } | Self::NoSeries { .. } | Self::NoSuchSeries { .. } => {
                 Kind::NoSeries
             }
-            Self::TooFew { .. } | Self::NoGeometry { .. } | Self::NotSlices { .. } => {
-                Kind::UnfitSeries
-            }
+            Self::TooFew { .. } | Self::NoGeometry { .. } | Self::Mosaic => Kind::UnfitSeries,
             Self::MissingSlices { .. } => Kind::MissingSlices,
             Self::Conflict { .. } => Kind::ConflictingSlices,
             Self::Interrupted => Kind::Interrupted,
@@ -316,6 +322,10 @@ impl Failure for DicomError {
             Self::Conflict { .. } => {
                 Some("keep one of each in the folder, or give the series its own folder".to_owned())
             }
+            Self::Mosaic => Some(
+                "convert the series to NIfTI with dcm2niix, which unpacks it, and mesh that"
+                    .to_owned(),
+            ),
             _ => None,
         }
     }

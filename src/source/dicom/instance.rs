@@ -73,6 +73,15 @@ pub(super) struct Frame {
     pub(super) mixed: [Option<String>; SPLITTERS.len()],
 }
 
+/// A frame's name: the file's, with the frame's number from 1 where the file has several.
+pub(super) fn frame_name((instance, frame): (&Instance, &Frame)) -> String {
+    if instance.n_frames > 1 {
+        format!("{} frame {}", instance.name, frame.index + 1).trim_start().to_owned()
+    } else {
+        instance.name.clone()
+    }
+}
+
 /// What a series may mix under one UID, in the order in which a split is tried.
 pub(super) const SPLITTERS: [&str; 7] = [
     "echo time",
@@ -121,6 +130,9 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     let series = header::label(header, tags::SERIES_NUMBER);
     let image_type = header::texts(header, tags::IMAGE_TYPE);
     let Some(element) = walked.pixels else {
+        if header::text(header, tags::ROWS).is_some() {
+            return Err(FileFault::Missing { attribute: "PixelData" });
+        }
         let what = set_aside::without_pixels(class.as_deref());
         return Ok(Scanned::Aside { what, series });
     };
@@ -187,8 +199,18 @@ fn pixel_fault(
         (true, _) if super::syntax::codec(&walked.syntax).is_none() => {
             Ok(super::syntax::refuse(&walked.syntax, layout))
         }
-        (false, Some(found)) if found < wanted => Err(FileFault::PixelsEnd { found, wanted }),
-        (false, Some(_)) => Ok(None),
+        (false, Some(length)) => {
+            let fault = match element.left {
+                Some(left) if left < length => {
+                    FileFault::LengthBeyond { tag: element.tag, length, left }
+                }
+                _ if length < wanted => FileFault::PixelsEnd { found: length, wanted },
+                _ => return Ok(None),
+            };
+            // One image cut short still says where in the volume it is missing. Of a file of
+            // several frames their number is not believed either.
+            if n_frames == 1 { Ok(Some(fault)) } else { Err(fault) }
+        }
         (false, None) => {
             let what = "pixel data of undefined length in an uncompressed transfer syntax";
             Err(FileFault::BadElement { tag: element.tag, what })

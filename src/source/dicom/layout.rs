@@ -18,7 +18,7 @@ pub(super) enum SampleKind {
 }
 
 /// The samples of one image or of each frame of a file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Layout {
     pub(super) rows: usize,
     pub(super) cols: usize,

@@ -8,6 +8,7 @@ mod blob;
 mod candidate;
 mod codec;
 mod decode;
+mod doubles;
 mod element;
 mod error;
 mod every;
@@ -52,4 +53,9 @@ pub fn is_dicom(head: &[u8]) -> bool {
 /// The names of a series' transfer syntaxes, for people.
 pub fn syntax_names(series: &crate::volume::SeriesFacts) -> String {
     candidate::syntax_names(series)
+}
+
+/// The same in one or two words each, for tables.
+pub fn short_syntax_names(series: &crate::volume::SeriesFacts) -> String {
+    candidate::short_syntax_names(series)
 }

@@ -20,10 +20,11 @@ pub struct ScanOptions<'a> {
     pub cancel: Cancel,
     /// Told how many files were looked at. Called from the threads that look.
     pub progress: Option<&'a (dyn Fn(usize) + Sync)>,
+    /// Threads that read headers; where nothing is said, those of the current rayon pool.
+    pub threads: Option<usize>,
 }
 
-/// Scans a folder (all the way down), a file, a zip archive or a DICOMDIR, on the threads of the
-/// current rayon pool.
+/// Scans a folder (all the way down), a file, a zip archive or a DICOMDIR.
 ///
 /// # Errors
 /// An input that cannot be read, that holds no DICOM, or a single file that is damaged.
@@ -64,10 +65,10 @@ fn single(path: &Path, blob: Blob, options: &ScanOptions<'_>) -> Result<Study, E
         Scanned::Foreign => Err(Error::at(path, FileFault::NotDicom)),
         Scanned::Aside { what, series } => {
             let aside = SetAside { what, series_number: series, count: 1, first: name };
-            Ok(Study::build(path, Vec::new(), vec![aside], Vec::new(), 1))
+            Ok(Study::build(path, Vec::new(), vec![aside], Vec::new(), 1, &options.cancel))
         }
         Scanned::Image(instance) => {
-            Ok(Study::build(path, vec![*instance], Vec::new(), Vec::new(), 1))
+            Ok(Study::build(path, vec![*instance], Vec::new(), Vec::new(), 1, &options.cancel))
         }
     }
 }
@@ -136,7 +137,7 @@ fn read_all(
     blobs: Vec<(Blob, String)>,
     options: &ScanOptions<'_>,
 ) -> Result<Study, Error> {
-    sort_out(path, read_headers(path, blobs, options)?)
+    sort_out(path, read_headers(path, blobs, options)?, options)
 }
 
 /// Reads all headers.
@@ -145,25 +146,19 @@ pub(super) fn read_headers(
     blobs: Vec<(Blob, String)>,
     options: &ScanOptions<'_>,
 ) -> Result<Vec<(String, Scanned)>, Error> {
-    let seen = AtomicUsize::new(0);
-    blobs
-        .into_par_iter()
-        .map(|(blob, name)| {
-            if options.cancel.is_raised() {
-                return Err(Error::at(path, DicomError::Interrupted));
-            }
-            let scanned = scan_file(blob, name.clone());
-            let done = seen.fetch_add(1, Ordering::Relaxed) + 1;
-            if let Some(progress) = options.progress {
-                progress(done);
-            }
-            Ok((name, scanned))
-        })
-        .collect()
+    let scanned = on_threads(options.threads, || scan_files(blobs, options))
+        .map_err(|e| Error::at(path, FileFault::io(e)))?;
+    // Nothing is known of the files that were left when the run was stopped.
+    let all = scanned.into_iter().map(|(name, scanned)| Some((name, scanned?)));
+    all.collect::<Option<Vec<_>>>().ok_or_else(|| Error::at(path, DicomError::Interrupted))
 }
 
 /// Makes a study of what was read.
-pub(super) fn sort_out(path: &Path, scanned: Vec<(String, Scanned)>) -> Result<Study, Error> {
+pub(super) fn sort_out(
+    path: &Path,
+    scanned: Vec<(String, Scanned)>,
+    options: &ScanOptions<'_>,
+) -> Result<Study, Error> {
     let n_files = scanned.len();
     let (mut instances, mut asides, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, scanned) in scanned {
@@ -180,7 +175,45 @@ pub(super) fn sort_out(path: &Path, scanned: Vec<(String, Scanned)>) -> Result<S
     if instances.is_empty() && faults.is_empty() && only_foreign {
         return Err(Error::at(path, DicomError::NoImages { files: n_files }));
     }
-    Ok(Study::build(path, instances, asides, faults, n_files))
+    let build = || Study::build(path, instances, asides, faults, n_files, &options.cancel);
+    let study =
+        on_threads(options.threads, build).map_err(|e| Error::at(path, FileFault::io(e)))?;
+    if options.cancel.is_raised() {
+        return Err(Error::at(path, DicomError::Interrupted));
+    }
+    Ok(study)
+}
+
+/// Reads the headers of files side by side; nothing of those left when the run is stopped.
+fn scan_files(
+    blobs: Vec<(Blob, String)>,
+    options: &ScanOptions<'_>,
+) -> Vec<(String, Option<Scanned>)> {
+    let seen = AtomicUsize::new(0);
+    blobs
+        .into_par_iter()
+        .map(|(blob, name)| {
+            if options.cancel.is_raised() {
+                return (name, None);
+            }
+            let scanned = scan_file(blob, name.clone());
+            let done = seen.fetch_add(1, Ordering::Relaxed) + 1;
+            if let Some(progress) = options.progress {
+                progress(done);
+            }
+            (name, Some(scanned))
+        })
+        .collect()
+}
+
+/// Runs `work` on a pool of so many threads, or on the current one.
+fn on_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> T + Send,
+) -> std::io::Result<T> {
+    let Some(threads) = threads else { return Ok(work()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    pool.map(|pool| pool.install(work)).map_err(std::io::Error::other)
 }
 
 fn set_aside(asides: &mut Vec<SetAside>, what: What, series: Option<String>, name: String) {

@@ -153,7 +153,10 @@ pub(super) fn split(mut group: Group, instances: &[Instance]) -> Vec<Group> {
             Some((splitter, parts)) => {
                 open.extend(parts.into_iter().rev().map(|part| (part, splitter + 1)));
             }
-            None => done.push(group),
+            None => match repeats(&group, &runs, instances) {
+                Some(parts) => done.extend(parts),
+                None => done.push(group),
+            },
         }
     }
     done
@@ -231,6 +234,64 @@ fn ranked(
         part.apart.push(format!("{name} number {} of {count}", rank + 1));
     }
     Some(parts)
+}
+
+/// A frame behind its InstanceNumber and its number within its file.
+type Numbered = ((i64, u64), FrameRef);
+
+/// The repeats of a group whose positions each hold equally many images that no label tells apart
+/// (functional MR): the first of each, the second of each, ... by InstanceNumber, then by the
+/// frame. Only where these numbers count all positions of one repeat before the next repeat, or all
+/// repeats of one position before the next position; any other order could mix them up.
+fn repeats(
+    group: &Group,
+    runs: &[std::ops::Range<usize>],
+    instances: &[Instance],
+) -> Option<Vec<Group>> {
+    let count = runs.first()?.len();
+    if count < 2 || runs.len() < 2 || runs.iter().any(|run| run.len() != count) {
+        return None;
+    }
+    let number = |r: FrameRef| r.get(instances).map(|(i, frame)| (i.number, frame.index));
+    let mut positions = Vec::with_capacity(runs.len());
+    for run in runs {
+        let mut own: Vec<Numbered> = group
+            .frames
+            .get(run.clone())?
+            .iter()
+            .map(|&r| Some((number(r)?, r)))
+            .collect::<Option<_>>()?;
+        own.sort_by_key(|(number, _)| *number);
+        if own.windows(2).any(|w| w[0].0 == w[1].0) {
+            return None;
+        }
+        positions.push(own);
+    }
+    let repeats: Vec<Vec<Numbered>> =
+        (0..count).map(|n| positions.iter().filter_map(|p| p.get(n).copied()).collect()).collect();
+    if !one_after_another(&repeats) && !one_after_another(&positions) {
+        return None;
+    }
+    let part = |(n, repeat): (usize, &Vec<Numbered>)| {
+        let mut apart = group.apart.clone();
+        apart.push(format!("repeat {} of {count}", n + 1));
+        let frames = repeat.iter().map(|(_, r)| *r).collect();
+        Group { frames, apart, facing: group.facing }
+    };
+    Some(repeats.iter().enumerate().map(part).collect())
+}
+
+/// Whether the numbers of each list lie above or below those of every other list.
+fn one_after_another(lists: &[Vec<Numbered>]) -> bool {
+    let mut spans: Vec<_> = lists
+        .iter()
+        .filter_map(|list| {
+            let numbers = || list.iter().map(|(number, _)| *number);
+            Some((numbers().min()?, numbers().max()?))
+        })
+        .collect();
+    spans.sort_unstable();
+    spans.windows(2).all(|w| w[0].1 < w[1].0)
 }
 
 /// Numbers by value, then everything else by its letters.

@@ -11,9 +11,13 @@ use super::pixels::Pixels;
 use super::planes;
 use super::series;
 use super::set_aside::{SetAside, What};
+use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::source::Volume;
 use crate::volume::Note;
+
+/// Other volumes named at most in a note; `mcubes info` lists them all.
+const MOST_NAMED: usize = 6;
 
 /// What a folder, file or archive of DICOM holds.
 #[derive(Clone)]
@@ -59,12 +63,13 @@ impl Study {
         set_aside: Vec<SetAside>,
         faults: Vec<Fault>,
         n_files: usize,
+        cancel: &Cancel,
     ) -> Self {
         instances.sort_by(|a, b| series_order(a, b).then_with(|| a.name.cmp(&b.name)));
         let mut volumes: Vec<Candidate> = series::group(&instances)
             .into_iter()
             .flat_map(|group| series::split(group, &instances))
-            .filter_map(|group| assess(group, &instances))
+            .filter_map(|group| assess(group, &instances, cancel))
             .collect();
         let key = |c: &Candidate| {
             let first = c.frames.first().and_then(|r| r.get(&instances)).map(|(i, _)| i);
@@ -153,7 +158,10 @@ impl Study {
         if let Some(problem) = candidate.obstacle(options.span_gaps) {
             return Err(self.error(problem.clone()));
         }
-        let meta = candidate.meta.clone().ok_or_else(no_such)?;
+        let mut meta = candidate.meta.clone().ok_or_else(no_such)?;
+        if let Some(spanned) = &candidate.problem {
+            meta.notes.push(Note::Other(format!("meshed across gaps as asked: {spanned}")));
+        }
         let pixels = Pixels::prepare(&candidate.frames, &self.instances)
             .map_err(|(name, fault)| self.file_error(&name, &fault, 0))?;
         Ok(Volume { planes: planes::open(pixels, &meta, candidate.uniform), meta })
@@ -201,8 +209,13 @@ impl Study {
             .map(|(_, volume)| volume.title())
             .collect();
         (!others.is_empty()).then(|| {
-            let (title, others) = (taken.title(), others.join("; "));
-            Note::Other(format!("volume {title} is meshed; --series N chooses another: {others}"))
+            let shown = others.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join("; ");
+            let more = others.len().saturating_sub(MOST_NAMED);
+            let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+            let title = taken.title();
+            Note::Other(format!(
+                "volume {title} is meshed; --series N chooses another: {shown}{more}"
+            ))
         })
     }
 }

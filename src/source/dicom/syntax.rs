@@ -90,3 +90,19 @@ pub(super) fn name(syntax: &str) -> &'static str {
         _ => "unknown",
     }
 }
+
+/// A transfer syntax in one or two words.
+pub(super) fn short_name(syntax: &str) -> &'static str {
+    match syntax {
+        "1.2.840.10008.1.2" => "implicit LE",
+        "1.2.840.10008.1.2.1" => "explicit LE",
+        "1.2.840.10008.1.2.2" => "explicit BE",
+        "1.2.840.10008.1.2.4.50" => "JPEG",
+        JPEG_EXTENDED => "JPEG 12 bit",
+        "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => "JPEG lossless",
+        "1.2.840.10008.1.2.4.80" => "JPEG-LS",
+        "1.2.840.10008.1.2.4.81" => "JPEG-LS near",
+        "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => "JPEG 2000",
+        other => name(other),
+    }
+}

@@ -49,7 +49,7 @@ pub fn scan_tree(folder: &Path, options: &ScanOptions<'_>) -> Result<Tree, Error
         .into_iter()
         .map(|(own, files)| {
             let files = files.into_iter().map(|(name, scanned)| within(&own, name, scanned));
-            sort_out(&at(folder, &own), files.collect())
+            sort_out(&at(folder, &own), files.collect(), options)
         })
         .collect::<Result<_, _>>()?;
     Ok(Tree { studies, foreign })

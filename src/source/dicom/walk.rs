@@ -6,7 +6,8 @@
 
 use super::blob::Stream;
 use super::element::{
-    Element, Encoding, UNDEFINED, append, defined_length, has_long_length, read_element, skip,
+    Element, Encoding, UNDEFINED, append, check_whole, defined_length, has_long_length,
+    read_element, skip,
 };
 use super::error::{FileFault, Tag};
 use super::start::{self, find_start, read_meta, settle_encoding};
@@ -35,8 +36,10 @@ pub(super) struct PixelElement {
     pub(super) words: bool,
     /// Its value's first byte, counted from the start of the file, or of the inflated data set.
     pub(super) offset: u64,
-    /// Its length; nothing where the pixels are encapsulated.
+    /// Its length as claimed; nothing where the pixels are encapsulated.
     pub(super) length: Option<u64>,
+    /// The bytes from `offset` to the end of the file, where that is known.
+    pub(super) left: Option<u64>,
 }
 
 /// What the walk found.
@@ -136,7 +139,7 @@ impl Walker<'_> {
             match self.levels.last().map(|l| l.kind) {
                 None => {
                     if tags::is_pixels(element.tag) {
-                        return self.pixels(&element).map(Some);
+                        return Ok(Some(self.pixels(&element)));
                     }
                     // Nothing that is read comes after the pixels' group.
                     if element.tag.0 > 0x7FE0 {
@@ -213,6 +216,7 @@ impl Walker<'_> {
         if !kept || &element.vr == b"UN" {
             return skip(&mut self.stream, element, length);
         }
+        check_whole(element, explicit)?;
         if length > MAX_VALUE {
             return Err(FileFault::HeaderTooLarge { limit: MAX_VALUE });
         }
@@ -293,14 +297,12 @@ impl Walker<'_> {
         }
     }
 
-    fn pixels(&self, element: &Element) -> Result<PixelElement, FileFault> {
-        let length = if element.length == UNDEFINED {
-            None
-        } else {
-            Some(defined_length(element, &self.stream)?)
-        };
+    fn pixels(&self, element: &Element) -> PixelElement {
+        let undefined = element.length == UNDEFINED;
+        let length = (!undefined).then_some(u64::from(element.length));
         let words = &element.vr == b"OW" || !self.encoding.explicit;
-        Ok(PixelElement { tag: element.tag, words, offset: self.stream.at(), length })
+        let (offset, left) = (self.stream.at(), self.stream.left());
+        PixelElement { tag: element.tag, words, offset, length, left }
     }
 }
 

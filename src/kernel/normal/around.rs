@@ -1,0 +1,251 @@
+//! The samples around the edges of a plane, or between two planes, and the normals they give.
+
+use super::frame::Frame;
+use super::lanes::{AGAINST, LANES, Lanes, Making, Star, mix};
+use crate::geom::vec3::{Vec3, dot};
+use crate::kernel::crossing;
+use crate::kernel::gather::Gathered;
+use crate::mesh::Normal;
+use crate::volume::Sample;
+
+/// What the normals of one plane's edges, or of the edges between two planes, are made of.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::kernel) struct Around<'a, T> {
+    /// The planes before `a`, of `a`, after it, and the one after that; the last one there is where
+    /// the volume ends before.
+    pub(super) planes: [&'a [T]; 4],
+    pub(super) dims: (usize, usize),
+    /// 1 where values rise from the iso value into the inside, else -1.
+    pub(super) sign: f64,
+    pub(super) frame: Frame,
+    pub(super) making: Making,
+}
+
+impl<T: Sample> Around<'_, T> {
+    /// The normals of the vertices on gathered edges.
+    ///
+    /// Inlined into one function an instruction set.
+    #[inline(always)]
+    pub(super) fn normals<const AXIS: usize>(&self, edges: &Gathered, out: &mut [Normal]) {
+        let mut lanes = Lanes::new();
+        let mut edges = edges.iter();
+        let [columns, rows] = self.within::<AXIS>();
+        for out in out.chunks_mut(LANES) {
+            // Edges that have all their neighbours, and their slots in `out`.
+            let (mut places, mut slots, mut n) = ([0; LANES], [0; LANES], 0);
+            for (slot, (c, r)) in edges.by_ref().take(out.len()).enumerate() {
+                if columns.holds(c) & rows.holds(r) {
+                    (places[n % LANES], slots[n % LANES]) = (self.place::<AXIS>(c, r), slot);
+                    n += 1;
+                } else {
+                    out[slot] = self.at_border::<AXIS>(c, r);
+                }
+            }
+            let (places, slots) = (&places[..n.min(LANES)], &slots[..n.min(LANES)]);
+            if n == 0 {
+                continue;
+            }
+            self.gather::<AXIS>(places, &mut lanes.samples);
+            lanes.make::<AXIS>(&self.making);
+            for (l, &slot) in slots.iter().enumerate() {
+                out[slot] = lanes.normal(l % LANES);
+            }
+            if !lanes.all_usual(n) {
+                for (l, (&slot, &place)) in slots.iter().zip(places).enumerate() {
+                    if !lanes.is_usual(l % LANES) {
+                        out[slot] = self.single::<AXIS>(place);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where edges have all their neighbours, by place and row. Those are counted from the border
+    /// along the edges' own axis, as the families of edges do.
+    fn within<const AXIS: usize>(&self) -> [Within; 2] {
+        let (nx, ny) = self.dims;
+        [Within::of(nx, AXIS == 0), Within::of(ny, AXIS == 1)]
+    }
+
+    /// The sample at the lower end of an edge that does not come out of the border.
+    #[inline(always)]
+    fn place<const AXIS: usize>(&self, c: u32, r: u32) -> usize {
+        let nx = self.dims.0;
+        let back = [1, nx, 0][AXIS];
+        r as usize * nx + c as usize - back
+    }
+
+    /// The samples around the edges from `places`, all of which are there.
+    ///
+    /// Plane by plane, those first that nobody has looked at yet: short loops keep many loads from
+    /// memory under way.
+    #[inline(always)]
+    fn gather<const AXIS: usize>(&self, places: &[usize], star: &mut Star<[T; LANES]>) {
+        let nx = self.dims.0;
+        let [before, plane, after, beyond] = self.planes;
+        let [a, b, c, d, e, f, g, h, p, q, r, s] = star;
+        let each = || places.iter().copied().take(LANES).enumerate();
+        match AXIS {
+            0 => {
+                each().for_each(|(l, place)| [q[l], s[l]] = run(after, place));
+                each().for_each(|(l, place)| [p[l], r[l]] = run(before, place));
+                each().for_each(|(l, place)| [c[l], a[l], b[l], d[l]] = run(plane, place - 1));
+                each().for_each(|(l, place)| [e[l], g[l]] = run(plane, place - nx));
+                each().for_each(|(l, place)| [f[l], h[l]] = run(plane, place + nx));
+            }
+            1 => {
+                each().for_each(|(l, at)| [q[l], s[l]] = [after[at], after[at + nx]]);
+                each().for_each(|(l, at)| [p[l], r[l]] = [before[at], before[at + nx]]);
+                each().for_each(|(l, at)| [e[l], a[l], f[l]] = run(plane, at - 1));
+                each().for_each(|(l, at)| [g[l], b[l], h[l]] = run(plane, at + nx - 1));
+                each().for_each(|(l, at)| [c[l], d[l]] = [plane[at - nx], plane[at + 2 * nx]]);
+            }
+            _ => {
+                each().for_each(|(l, at)| d[l] = beyond[at]);
+                each().for_each(|(l, at)| c[l] = before[at]);
+                each().for_each(|(l, at)| [g[l], b[l], h[l]] = run(after, at - 1));
+                each().for_each(|(l, at)| [r[l], s[l]] = [after[at - nx], after[at + nx]]);
+                each().for_each(|(l, at)| [e[l], a[l], f[l]] = run(plane, at - 1));
+                each().for_each(|(l, at)| [p[l], q[l]] = [plane[at - nx], plane[at + nx]]);
+            }
+        }
+    }
+
+    /// The normal at the vertex of an edge at the border, or into it.
+    #[cold]
+    fn at_border<const AXIS: usize>(&self, c: u32, r: u32) -> Normal {
+        let (nx, ny) = self.dims;
+        let (at, n) = ([c, r, 1][AXIS] as usize, [nx, ny, 2][AXIS]);
+        if at == 0 || at == n {
+            let mut outward = [0.0; 3];
+            outward[AXIS] = if at == 0 { -1.0 } else { 1.0 };
+            return self.direction(outward);
+        }
+        self.single::<AXIS>(self.place::<AXIS>(c, r))
+    }
+
+    /// The normal at the vertex of the edge from the sample at `place`.
+    #[cold]
+    fn single<const AXIS: usize>(&self, place: usize) -> Normal {
+        let nx = self.dims.0;
+        let a = [place % nx, place / nx, 1];
+        let mut b = a;
+        b[AXIS] += 1;
+        self.on_edge(a, b)
+    }
+
+    /// The normal at the vertex between two samples of one cell, wherever they are and whatever the
+    /// samples: where they make no gradient, the direction from the inside one to the outside one.
+    /// Samples as (i, j, plane), plane 1 that of `a`.
+    pub(in crate::kernel) fn on_edge(&self, a: [usize; 3], b: [usize; 3]) -> Normal {
+        let [low, high] = [self.slopes(a, 0), self.slopes(b, 1)];
+        let edge = [0, 1, 2].map(|axis| (b[axis] - a[axis]) as f64);
+        let (a, b) = (self.at(a), self.at(b));
+        let t = crossing(a, b, self.making.level, self.making.epsilon);
+        let slopes = [0, 1, 2].map(|axis| mix(t, low[axis], high[axis]));
+        let slopes = self.outward_along(edge, slopes, b - a);
+        let usual = self.frame.unit(slopes.map(|x| -self.sign * x));
+        usual.unwrap_or_else(|| self.direction(edge.map(|x| x * self.outward([a, b]))))
+    }
+
+    fn at(&self, [i, j, plane]: [usize; 3]) -> f64 {
+        self.planes[plane][j * self.dims.0 + i].to_f64()
+    }
+
+    /// The slopes along i, j and k at a sample, one-sided at the border; `end` as in
+    /// [`Making::across`].
+    fn slopes(&self, of: [usize; 3], end: usize) -> Vec3 {
+        let (nx, ny) = self.dims;
+        let across = &self.making.across[end];
+        let weights = [one_sided(of[0], nx), one_sided(of[1], ny), across.weights];
+        let last = [nx - 1, ny - 1, 3];
+        let [i, j, k] = [0, 1, 2].map(|axis| {
+            let (mut low, mut high) = (of, of);
+            low[axis] = of[axis].saturating_sub(1);
+            high[axis] = (of[axis] + 1).min(last[axis]);
+            let ([low, middle, high], [v, w]) =
+                ([low, of, high].map(|p| self.at(p)), weights[axis]);
+            v * (middle - low) + w * (high - middle)
+        });
+        let [m, n] = across.lean;
+        [i, j, k - (m * i + n * j)]
+    }
+
+    /// Slopes that do not lead against the edge, for the same reason as in [`Lanes`] and, along the
+    /// grid's axes, by the same measure.
+    fn outward_along(&self, edge: Vec3, slopes: Vec3, rise: f64) -> Vec3 {
+        let most = slopes.iter().fold(0f64, |most, x| most.max(x.abs()));
+        let scaled = slopes.map(|x| x / most);
+        let squares = self.making.squares;
+        // The edge's share of the square of its length, along each axis.
+        let parts = [0, 1, 2].map(|axis| edge[axis] / squares[axis]);
+        let length = dot(parts, edge);
+        let along = dot(scaled, edge);
+        let all: f64 = (0..3).map(|axis| squares[axis] * scaled[axis] * scaled[axis]).sum();
+        let leans_back = along * 1f64.copysign(rise) < 0.0;
+        if leans_back && (AGAINST + 1.0) * along * along > length * all {
+            let missing = rise - dot(slopes, edge);
+            [0, 1, 2].map(|axis| slopes[axis] + missing * parts[axis] / length)
+        } else {
+            slopes
+        }
+    }
+
+    /// 1 where the edge's upper sample is the one outside, else -1. NaN is outside; else two
+    /// samples on different sides differ.
+    fn outward(&self, [a, b]: [f64; 2]) -> f64 {
+        if a.is_nan() {
+            -1.0
+        } else if b.is_nan() {
+            1.0
+        } else {
+            let is_rising = b > a;
+            if is_rising { -self.sign } else { self.sign }
+        }
+    }
+
+    /// The unit vector that stands for this direction along the grid's axes.
+    pub(in crate::kernel) fn direction(&self, outward: Vec3) -> Normal {
+        self.frame.unit(outward).unwrap_or(super::UPWARD)
+    }
+}
+
+/// From the first number to behind the last.
+#[derive(Clone, Copy)]
+struct Within {
+    first: u32,
+    n: u32,
+}
+
+impl Within {
+    /// Of `n` samples, those that have both neighbours; of edges along them, those whose ends have.
+    fn of(n: usize, is_own: bool) -> Self {
+        if is_own {
+            Self { first: 2, n: n.saturating_sub(3) as u32 }
+        } else {
+            Self { first: 1, n: n.saturating_sub(2) as u32 }
+        }
+    }
+
+    #[inline(always)]
+    fn holds(self, x: u32) -> bool {
+        x.wrapping_sub(self.first) < self.n
+    }
+}
+
+/// Some samples side by side.
+#[inline(always)]
+fn run<T: Copy, const N: usize>(plane: &[T], from: usize) -> [T; N] {
+    let samples = &plane[from..from + N];
+    std::array::from_fn(|n| samples[n])
+}
+
+/// Factors of the differences to the sample before and to the one after; one-sided at an end.
+fn one_sided(x: usize, n: usize) -> [f64; 2] {
+    match (x == 0, x + 1 == n) {
+        (false, false) => [0.5, 0.5],
+        (true, false) => [0.0, 1.0],
+        (false, true) => [1.0, 0.0],
+        (true, true) => [0.0, 0.0],
+    }
+}

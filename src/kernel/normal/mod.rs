@@ -1,0 +1,226 @@
+//! A unit normal for each vertex, pointing from inside to outside.
+//!
+//! ```text
+//! on a grid edge   the field's gradient at the edge's two samples (central differences, one-sided
+//!                  at the border), interpolated as the vertex is
+//! in a cell        the gradient of the cell's trilinear interpolant
+//! on a cap         the cap's own direction
+//! ```
+//!
+//! turned into output space by the inverse transpose of the map. A pass of its own after the
+//! vertices, which it knows by their order alone, run only where normals are asked for. All
+//! arithmetic is `f64`, in one order, rounded once.
+
+mod around;
+mod frame;
+mod lanes;
+
+pub(super) use around::Around;
+use frame::{Across, Frame};
+use lanes::Making;
+
+use super::cube::{corner_at, edge_axis, edge_corners};
+use super::decide::gradient;
+use super::family::Family;
+use super::gather::Gathered;
+use super::slab::LayerScratch;
+use super::vertices::LayerVertices;
+use super::{BitPlane, CellSurface, Classify, Kernel, Row, Slab, crossing, simd};
+use crate::geom::vec3::{Vec3, cross, norm, sub};
+use crate::mesh::Normal;
+use crate::volume::Sample;
+
+/// What the normals of a layer are made of: those on the edges between its planes, and on the edges
+/// of the plane after it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings<'a, T> {
+    /// Nothing where one plane is the border's.
+    pub(super) between: Option<Around<'a, T>>,
+    /// Nothing where the plane after is.
+    pub(super) plane: Option<Around<'a, T>>,
+    /// The direction of the Z edges' cap.
+    cap: Normal,
+    frame: Frame,
+}
+
+impl<T: Sample> Surroundings<'_, T> {
+    /// The unit vector that stands for a cap's outward direction along the grid's axes.
+    pub(super) fn cap(&self, outward: Vec3) -> Normal {
+        self.frame.unit(outward).unwrap_or(UPWARD)
+    }
+
+    /// The normals of the vertices on gathered edges of one family.
+    ///
+    /// Inlined into one function an instruction set.
+    #[inline(always)]
+    pub(super) fn normals(&self, family: &Family<'_, T>, edges: &Gathered, out: &mut [Normal]) {
+        match (family.axis(), &self.plane, &self.between) {
+            (0, Some(plane), _) => plane.normals::<0>(edges, out),
+            (1, Some(plane), _) => plane.normals::<1>(edges, out),
+            (2, _, Some(between)) => between.normals::<2>(edges, out),
+            _ => out.fill(self.cap),
+        }
+    }
+}
+
+impl<T: Classify> Kernel<T> {
+    /// The normals of the vertices of layer `s`, in step with them. Needs a plane more on either
+    /// side than the vertices do, where the volume has one.
+    pub(super) fn layer_normals(
+        &self,
+        s: usize,
+        slab: &Slab<'_, T>,
+        [prev, cur]: [&BitPlane; 2],
+        layer: &LayerScratch,
+        out: &mut [Normal],
+    ) {
+        let (z, rest) = out.split_at_mut(layer.cells.n_z() as usize);
+        let (extra, rest) = rest.split_at_mut(layer.settled.extra.len());
+        let (x, y) = rest.split_at_mut(cur.n_x() as usize);
+        let before = s.checked_sub(1);
+        let ends = [before.and_then(|k| slab.plane(k)), slab.plane(s)];
+        if !extra.is_empty() {
+            self.extra_normals(s, ends, layer, extra);
+        }
+        self.edge_normals(s, slab, [prev, cur], layer, LayerVertices { z, x, y });
+    }
+
+    /// Those of the vertices on the layer's grid edges alone.
+    pub(super) fn edge_normals(
+        &self,
+        s: usize,
+        slab: &Slab<'_, T>,
+        [prev, cur]: [&BitPlane; 2],
+        layer: &LayerScratch,
+        out: LayerVertices<'_>,
+    ) {
+        let k = s as i64;
+        let around = self.surroundings(s, slab);
+        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
+        let step = self.place.step_k(k - 1);
+        simd::normals(self.cpu, &self.placing, &layer.cells.words, planes, step, &around, out);
+    }
+
+    /// What surrounds the edges of layer `s`.
+    pub(super) fn surroundings<'a>(&self, s: usize, slab: &Slab<'a, T>) -> Surroundings<'a, T> {
+        let before = s.checked_sub(1);
+        let ends = [before.and_then(|k| slab.plane(k)), slab.plane(s)];
+        let frame = self.frame(self.place.step_k(s as i64 - 1));
+        let outward = if ends[1].is_some() { -1.0 } else { 1.0 };
+        Surroundings {
+            between: match (before, ends) {
+                (Some(k), [Some(a), Some(b)]) => Some(self.around(slab, k, [a, b], true)),
+                _ => None,
+            },
+            plane: ends[1].map(|samples| self.around(slab, s, [samples; 2], false)),
+            cap: frame.unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
+            frame,
+        }
+    }
+
+    /// The surroundings of edges that begin on plane `k`: those to the next plane, or those on it.
+    fn around<'a>(
+        &self,
+        slab: &Slab<'a, T>,
+        k: usize,
+        [a, b]: [&'a [T]; 2],
+        between: bool,
+    ) -> Around<'a, T> {
+        let before = k.checked_sub(1).and_then(|k| slab.plane(k)).unwrap_or(a);
+        let at = |k: usize| slab.plane(k).unwrap_or(b);
+        let (place, nz, low) = (&self.place, self.dims.nz(), k as i64);
+        let (across, step) = if between {
+            let step = place.step_k(low);
+            ([low, low + 1].map(|k| Across::along(place, k, nz, step)), step)
+        } else {
+            let (across, step) = Across::at(place, low, nz);
+            ([across; 2], step)
+        };
+        let frame = self.frame(step);
+        let making = Making {
+            level: self.placing.level,
+            epsilon: self.placing.epsilon,
+            across,
+            columns: frame.times(-self.sign),
+            squares: inverse_squares([self.placing.step_i, self.placing.step_j, step]),
+        };
+        let planes = [before, a, at(k + 1), at(k + if between { 2 } else { 1 })];
+        Around { planes, dims: self.placing.dims, sign: self.sign, frame, making }
+    }
+
+    fn frame(&self, step_k: Vec3) -> Frame {
+        Frame::new([self.placing.step_i, self.placing.step_j, step_k])
+    }
+
+    /// The normals of the vertices inside the cells of layer `s`. The cells are settled once more:
+    /// they are few, and only those with such vertices.
+    fn extra_normals(
+        &self,
+        s: usize,
+        samples: [Option<&[T]>; 2],
+        layer: &LayerScratch,
+        out: &mut [Normal],
+    ) {
+        let frame = self.frame(self.place.step_k(s as i64 - 1));
+        let mut out = out.iter_mut();
+        let mut slow = layer.cells.slow.iter().zip(&layer.settled.cells);
+        for run in &layer.cells.rows {
+            for (cell, settled) in slow.by_ref().take(run.n_slow as usize) {
+                if settled.n_extra == 0 {
+                    continue;
+                }
+                let corners = self.corners(samples, run.row as usize, cell.c as usize);
+                let surface = self.settle_cell(cell.case, &corners);
+                let values = corners.map(|sample| self.sign * (sample - self.placing.level));
+                for n in 0..usize::from(surface.n_extra) {
+                    let inward = gradient(&values, surface.extra[n]);
+                    let usual = frame.unit(inward.map(|x| -x));
+                    let normal = usual
+                        .or_else(|| frame.unit(self.facing(&surface, n, &corners)))
+                        .unwrap_or(UPWARD);
+                    if let Some(slot) = out.next() {
+                        *slot = normal;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Where the gradient vanishes inside a cell: the outward direction of the first triangle at
+    /// the vertex `n` there, along the grid's axes.
+    fn facing(&self, surface: &CellSurface, n: usize, corners: &[f64; 8]) -> Vec3 {
+        let row: &Row = &self.tables.rows[usize::from(surface.row)];
+        let lane = if row.n_centres > 0 { 15 } else { 12 + n as u8 };
+        let place = |lane: u8| match lane {
+            0..12 => {
+                let [low, high] = edge_corners(lane.into());
+                let mut point = corner_at(low).map(|x| x as f64);
+                let (level, epsilon) = (self.placing.level, self.placing.epsilon);
+                point[edge_axis(lane.into())] =
+                    crossing(corners[low], corners[high], level, epsilon);
+                point
+            }
+            15 => surface.extra[0],
+            _ => surface.extra[usize::from(lane - 12)],
+        };
+        let n_lanes = 3 * usize::from(row.n_triangles);
+        let mut triangles = row.lanes.as_flattened()[..n_lanes].chunks_exact(3);
+        let Some(triangle) = triangles.find(|triangle| triangle.contains(&lane)) else {
+            return [0.0; 3];
+        };
+        let [a, b, c] = [0, 1, 2].map(|k| place(triangle[k]));
+        let normal = cross(sub(b, a), sub(c, a));
+        // The tables' winding is that of the output space.
+        if self.place.is_reversed() { normal.map(|x| -x) } else { normal }
+    }
+}
+
+/// 1 over the squares of lengths, the largest of them 1.
+fn inverse_squares(steps: [Vec3; 3]) -> [f64; 3] {
+    let lengths = steps.map(norm);
+    let least = lengths.iter().fold(f64::INFINITY, |least, &length| least.min(length));
+    lengths.map(|length| (least / length) * (least / length))
+}
+
+/// What stands for a direction where there is none, which no volume has.
+const UPWARD: Normal = [0.0, 0.0, 1.0];

@@ -1,0 +1,128 @@
+//! On any samples.
+
+use mcubes::kernel::{Method, Side};
+use mcubes::pipeline::SurfaceOptions;
+use ndarray::Array3;
+use proptest::prelude::*;
+
+use super::order::volume;
+use super::{Found, Point, angle, dot, in_voxels};
+
+/// The definition, on its own: a vertex's normal in voxel space from the samples, nothing where the
+/// gradient is not finite.
+fn defined(v: &Array3<f64>, low: [usize; 3], axis: usize, iso: f64) -> Option<Point> {
+    let at = |p: [usize; 3]| v[(p[2], p[1], p[0])];
+    let n = [v.dim().2, v.dim().1, v.dim().0];
+    let gradient = |p: [usize; 3]| -> Point {
+        [0, 1, 2].map(|a| {
+            let (mut q, mut r) = (p, p);
+            q[a] = p[a].saturating_sub(1);
+            r[a] = (p[a] + 1).min(n[a] - 1);
+            if q[a] == r[a] { 0.0 } else { (at(r) - at(q)) / (r[a] - q[a]) as f64 }
+        })
+    };
+    let mut high = low;
+    high[axis] += 1;
+    let (a, b) = (at(low), at(high));
+    let t = ((iso - a) / (b - a)).clamp(1.0 / 1024.0, 1023.0 / 1024.0);
+    let (g, h) = (gradient(low), gradient(high));
+    let mut mixed = [0, 1, 2].map(|i| (1.0 - t) * g[i] + t * h[i]);
+    let along = mixed[axis];
+    let square = dot(mixed, mixed) - along * along;
+    if along * (b - a).signum() < 0.0 && 16.0 * along * along > square {
+        mixed[axis] = b - a;
+    }
+    let is_some = mixed.iter().all(|x| x.is_finite()) && mixed != [0.0; 3];
+    is_some.then(|| mixed.map(|x| -x))
+}
+
+/// Holds every normal of a volume, in voxel space, against the definition; where that has none,
+/// against the edge. `inside` and `iso` as the surface has them.
+fn check(v: &Array3<f64>, (vertices, normals): &Found, inside: impl Fn(f64) -> bool, below: bool) {
+    let n = [v.dim().2, v.dim().1, v.dim().0];
+    assert_eq!(vertices.len(), normals.len());
+    for (p, normal) in vertices.iter().zip(normals) {
+        let length = dot(normal.map(f64::from), normal.map(f64::from)).sqrt();
+        assert!((length - 1.0).abs() < 1e-6, "{normal:?} at {p:?}");
+        let broken: Vec<usize> = (0..3).filter(|&a| p[a].fract() != 0.0).collect();
+        let [axis] = broken[..] else {
+            assert_eq!(broken.len(), 3, "inside a cell");
+            continue;
+        };
+        let mut outward = [0.0; 3];
+        if p[axis] < 0.0 || p[axis] > n[axis] as f32 - 1.0 {
+            outward[axis] = f64::from(p[axis].signum());
+            assert_eq!(normal.map(f64::from), outward, "the cap at {p:?}");
+            continue;
+        }
+        let low = p.map(|x| x as usize);
+        let a = v[(low[2], low[1], low[0])];
+        outward[axis] = if inside(a) { 1.0 } else { -1.0 };
+        // Never more than 14 degrees against the edge.
+        assert!(dot(normal.map(f64::from), outward) > -0.25, "{normal:?} at {p:?}");
+        let expected = match defined(v, low, axis, 0.0) {
+            Some(d) if below => d.map(|x| -x),
+            Some(d) => d,
+            None => outward,
+        };
+        // Slopes that differ by more than floats can tell leave the angle as it is.
+        let off = angle(*normal, expected);
+        assert!(off < 1e-6, "{normal:?}, {expected:?} at {p:?}");
+    }
+}
+
+/// Numbers of every kind.
+fn wild() -> impl Strategy<Value = f64> + Clone {
+    prop_oneof![
+        4 => -1.0f64..1.0,
+        1 => prop_oneof![Just(0.0), Just(-0.0), Just(1.0)],
+        1 => Just(f64::NAN),
+        1 => prop_oneof![Just(f64::INFINITY), Just(f64::NEG_INFINITY)],
+        1 => prop_oneof![Just(1.7e308), Just(-1.7e308), Just(1e-310), Just(-1e-310), Just(5e-324)],
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn of_noise_they_are_by_the_definition(v in volume(-40i16..=40)) {
+        let wide = v.mapv(|x| f64::from(x) - 0.25);
+        for side in [Side::AtLeast, Side::Below] {
+            let surface = SurfaceOptions { side, ..SurfaceOptions::at(0.25) };
+            let below = side == Side::Below;
+            check(&wide, &in_voxels(v.view(), &surface), |x| (x >= 0.0) != below, below);
+        }
+    }
+
+    #[test]
+    fn of_plateaus_they_are_by_the_definition(v in volume(0u8..=1)) {
+        let wide = v.mapv(|x| f64::from(x) - 0.5);
+        check(&wide, &in_voxels(v.view(), &SurfaceOptions::at(0.5)), |x| x >= 0.0, false);
+    }
+
+    #[test]
+    fn of_anything_at_all_they_have_length_1_and_point_outward(v in volume(wild())) {
+        for (side, method) in [
+            (Side::AtLeast, Method::Cubes),
+            (Side::Below, Method::Cubes),
+            (Side::AtLeast, Method::Tetrahedra),
+        ] {
+            let surface = SurfaceOptions { side, method, ..SurfaceOptions::at(0.0) };
+            let (vertices, normals) = in_voxels(v.view(), &surface);
+            for (p, n) in vertices.iter().zip(&normals) {
+                let length = dot(n.map(f64::from), n.map(f64::from)).sqrt();
+                prop_assert!((length - 1.0).abs() < 1e-6, "{:?} at {:?}", n, p);
+                let broken: Vec<usize> = (0..3).filter(|&a| p[a].fract() != 0.0).collect();
+                let last = [v.dim().2, v.dim().1, v.dim().0].map(|n| n as f32 - 1.0);
+                if let [axis] = broken[..] && p[axis] > 0.0 && p[axis] < last[axis] {
+                    let low = p.map(|x| x as usize);
+                    let a = v[(low[2], low[1], low[0])];
+                    let is_inside = if side == Side::AtLeast { a >= 0.0 } else { a < 0.0 };
+                    let outward = if is_inside { n[axis] } else { -n[axis] };
+                    prop_assert!(outward > -0.25, "{:?} at {:?}", n, p);
+                }
+            }
+        }
+    }
+}
