@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::args::InfoArgs;
 use super::input::{self, Opening};
 use super::options::{self, Input, Reading, Usage, reading};
-use super::report::affine;
+use super::report::{affine, failed};
 use super::study;
 use super::term::Term;
 use crate::cancel::Cancel;
@@ -43,12 +43,21 @@ pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result
     let mut result = Ok(());
     for (path, input) in inputs {
         match look(&input, &reading, &opening) {
-            Ok(Content::Study(study)) if args.json => Term::json(&study::object(path, &study)),
-            Ok(Content::Study(study)) => Term::text(&study::text(path, &study)),
-            Ok(Content::Volumes(volumes)) if args.json => Term::json(&object(path, &volumes)),
-            Ok(Content::Volumes(volumes)) => Term::text(&text(path, &volumes)),
+            Ok(content) => {
+                let told = match content {
+                    Content::Study(study) if args.json => Term::json(&study::object(path, &study)),
+                    Content::Study(study) => Term::text(&study::text(path, &study)),
+                    Content::Volumes(volumes) if args.json => Term::json(&object(path, &volumes)),
+                    Content::Volumes(volumes) => Term::text(&text(path, &volumes)),
+                };
+                result = told.and(result);
+            }
             Err(error) => {
                 Term::error(&error);
+                if args.json {
+                    let input = path.display().to_string();
+                    Term::json(&failed("mcubes-info/1", &input, &(&error).into())).ok();
+                }
                 result = Err(error.kind());
             }
         }

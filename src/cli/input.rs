@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::bar::Headers;
+use super::batch::{Found, Scan};
 use super::options::{Input, Reading};
 use super::term::Term;
 use crate::cancel::Cancel;
@@ -29,12 +30,40 @@ pub(crate) fn study(path: &Path, opening: &Opening) -> Result<dicom::Study, Erro
     dicom::scan(path, &options)
 }
 
+/// The volume of a scan.
+pub(crate) fn open_scan(scan: &Scan, reading: &Reading) -> Result<Volume<'static>, Error> {
+    match &scan.volume {
+        Found::Stdin => open_plain(&Input::Stdin, reading),
+        Found::File => open_plain(&Input::Path(scan.path.clone()), reading),
+        Found::Series { study, index, is_choice, .. } => {
+            open_series(study, *index, reading, *is_choice)
+        }
+        Found::Broken(_) => Err(internal("a scan that is broken was opened")),
+    }
+}
+
 /// The volume that is meant.
 pub(crate) fn open(
     input: &Input,
     reading: &Reading,
     opening: &Opening,
 ) -> Result<Volume<'static>, Error> {
+    if let Input::Path(path) = input
+        && reading.raw.is_none()
+        && matches!(source::sniff(path)?, Content::Folder | Content::Dicom | Content::Zip)
+    {
+        let study = study(path, opening)?;
+        let index = match &reading.series {
+            Some(selector) => study.choose(selector)?,
+            None => study.default()?,
+        };
+        return open_series(&study, index, reading, reading.series.is_none());
+    }
+    open_plain(input, reading)
+}
+
+/// NIfTI, or raw samples.
+fn open_plain(input: &Input, reading: &Reading) -> Result<Volume<'static>, Error> {
     let raw = match input {
         Input::Path(path) => RawInput::Path(path.clone()),
         Input::Stdin => RawInput::Stdin,
@@ -42,23 +71,27 @@ pub(crate) fn open(
     if let Some(options) = &reading.raw {
         return source::open_raw(raw, options);
     }
-    let Input::Path(path) = input else {
-        return Err(Error::new(crate::pipeline::RunError::Internal("no layout of standard input")));
-    };
-    match source::sniff(path)? {
-        Content::Folder | Content::Dicom | Content::Zip => {
-            let study = study(path, opening)?;
-            let index = match &reading.series {
-                Some(selector) => study.choose(selector)?,
-                None => study.default()?,
-            };
-            let options = dicom::OpenOptions { span_gaps: reading.span_gaps };
-            let mut volume = study.open(index, &options)?;
-            if reading.series.is_none() {
-                volume.meta.notes.extend(study.choice(index));
-            }
-            Ok(volume)
-        }
-        _ => source::open(path, &OpenOptions { volume: reading.volume }),
+    match input {
+        Input::Path(path) => source::open(path, &OpenOptions { volume: reading.volume }),
+        Input::Stdin => Err(internal("no layout of standard input")),
     }
+}
+
+/// A volume of a study; with a note on the others where it was taken without being asked for.
+fn open_series(
+    study: &dicom::Study,
+    index: usize,
+    reading: &Reading,
+    is_choice: bool,
+) -> Result<Volume<'static>, Error> {
+    let options = dicom::OpenOptions { span_gaps: reading.span_gaps };
+    let mut volume = study.open(index, &options)?;
+    if is_choice {
+        volume.meta.notes.extend(study.choice(index));
+    }
+    Ok(volume)
+}
+
+fn internal(what: &'static str) -> Error {
+    Error::new(crate::pipeline::RunError::Internal(what))
 }

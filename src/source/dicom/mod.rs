@@ -11,6 +11,7 @@ mod decode;
 mod doubles;
 mod element;
 mod error;
+mod every;
 mod fragments;
 mod groups;
 mod guard;
@@ -29,14 +30,17 @@ mod start;
 mod study;
 mod syntax;
 mod tags;
+mod tree;
 mod unpack;
 mod walk;
 
 pub use candidate::Candidate;
 pub use error::{DicomError, FileFault, Tag};
+pub use every::PatientField;
 pub use scan::{ScanOptions, scan};
 pub use set_aside::{SetAside, What};
 pub use study::{OpenOptions, Selector, Study};
+pub use tree::{Tree, scan_tree};
 
 /// How many bytes of a file [`is_dicom`] wants to see.
 pub const HEAD_BYTES: usize = 132;

@@ -74,7 +74,10 @@ fn single(path: &Path, blob: Blob, options: &ScanOptions<'_>) -> Result<Study, E
 }
 
 /// All plain files under a folder, links followed, by name.
-fn in_folder(folder: &Path, options: &ScanOptions<'_>) -> Result<Vec<(Blob, String)>, Error> {
+pub(super) fn in_folder(
+    folder: &Path,
+    options: &ScanOptions<'_>,
+) -> Result<Vec<(Blob, String)>, Error> {
     let mut blobs = Vec::new();
     for entry in walkdir::WalkDir::new(folder).follow_links(true).sort_by_file_name() {
         if options.cancel.is_raised() {
@@ -128,25 +131,44 @@ fn in_archive(path: &Path) -> Result<Vec<(Blob, String)>, Error> {
     Ok(blobs)
 }
 
-/// Reads all headers.
+/// Reads all headers into one study.
 fn read_all(
     path: &Path,
     blobs: Vec<(Blob, String)>,
     options: &ScanOptions<'_>,
 ) -> Result<Study, Error> {
-    let n_files = blobs.len();
+    sort_out(path, read_headers(path, blobs, options)?, options)
+}
+
+/// Reads all headers.
+pub(super) fn read_headers(
+    path: &Path,
+    blobs: Vec<(Blob, String)>,
+    options: &ScanOptions<'_>,
+) -> Result<Vec<(String, Scanned)>, Error> {
     let scanned = on_threads(options.threads, || scan_files(blobs, options))
         .map_err(|e| Error::at(path, FileFault::io(e)))?;
+    // Nothing is known of the files that were left when the run was stopped.
+    let all = scanned.into_iter().map(|(name, scanned)| Some((name, scanned?)));
+    all.collect::<Option<Vec<_>>>().ok_or_else(|| Error::at(path, DicomError::Interrupted))
+}
+
+/// Makes a study of what was read.
+pub(super) fn sort_out(
+    path: &Path,
+    scanned: Vec<(String, Scanned)>,
+    options: &ScanOptions<'_>,
+) -> Result<Study, Error> {
+    let n_files = scanned.len();
     let (mut instances, mut asides, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, scanned) in scanned {
         match scanned {
-            None => return Err(Error::at(path, DicomError::Interrupted)),
-            Some(Scanned::Image(instance)) => instances.push(*instance),
-            Some(Scanned::Foreign) => set_aside(&mut asides, What::Foreign, None, name),
-            Some(Scanned::Aside { what, series }) => {
+            Scanned::Image(instance) => instances.push(*instance),
+            Scanned::Foreign => set_aside(&mut asides, What::Foreign, None, name),
+            Scanned::Aside { what, series } => {
                 set_aside(&mut asides, what, series, name);
             }
-            Some(Scanned::Broken { series_uid, fault }) => faults.push((name, series_uid, fault)),
+            Scanned::Broken { series_uid, fault } => faults.push((name, series_uid, fault)),
         }
     }
     let only_foreign = asides.iter().all(|a| matches!(a.what, What::Foreign));

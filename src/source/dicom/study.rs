@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::candidate::{Candidate, assess};
 use super::error::{DicomError, FileFault};
+use super::every::{Stray, strays};
 use super::instance::Instance;
 use super::pixels::Pixels;
 use super::planes;
@@ -29,8 +30,10 @@ pub struct Study {
     pub faults: Vec<(String, FileFault)>,
     /// Files looked at.
     pub n_files: usize,
-    root: PathBuf,
-    instances: Arc<Vec<Instance>>,
+    /// Faults that no volume here speaks of, one a series, with the number of others in it.
+    pub(super) strays: Vec<Stray>,
+    pub(super) root: PathBuf,
+    pub(super) instances: Arc<Vec<Instance>>,
 }
 
 /// How a volume is chosen.
@@ -85,8 +88,10 @@ impl Study {
         note_neighbours(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
+        let strays = strays(&volumes, &faults);
         let faults = faults.into_iter().map(|(name, _, fault)| (name, fault)).collect();
         Self {
+            strays,
             volumes,
             set_aside,
             faults,
@@ -183,12 +188,12 @@ impl Study {
         }
     }
 
-    fn error(&self, problem: DicomError) -> Error {
+    pub(super) fn error(&self, problem: DicomError) -> Error {
         Error::at(&self.root, problem)
     }
 
     /// An error about one file, at the file's own path.
-    fn file_error(&self, name: &str, fault: &FileFault, more: usize) -> Error {
+    pub(super) fn file_error(&self, name: &str, fault: &FileFault, more: usize) -> Error {
         self.error(DicomError::File { name: name.to_owned(), fault: fault.clone(), more })
     }
 

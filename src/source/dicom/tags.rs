@@ -77,6 +77,11 @@ tags! {
     PIXEL_DATA = 0x7FE0, 0x0010;
 }
 
+/// Who the patient is: kept only where a file name is to hold it.
+pub(super) const PATIENT_NAME: Tag = Tag(0x0010, 0x0010);
+/// As [`PATIENT_NAME`].
+pub(super) const PATIENT_ID: Tag = Tag(0x0010, 0x0020);
+
 /// Whether an element is kept.
 pub(super) fn is_kept(tag: Tag) -> bool {
     KEPT.contains(&tag)

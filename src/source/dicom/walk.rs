@@ -62,7 +62,12 @@ pub(super) struct Walked {
 ///
 /// # Errors
 /// [`FileFault::NotDicom`] where nothing looks like DICOM; a header that is damaged or too large.
-pub(super) fn walk(mut stream: Stream<'_>) -> Result<Walked, FileFault> {
+pub(super) fn walk(stream: Stream<'_>) -> Result<Walked, FileFault> {
+    walk_keeping(stream, &[])
+}
+
+/// [`walk`] that keeps some elements more.
+pub(super) fn walk_keeping(mut stream: Stream<'_>, more: &[Tag]) -> Result<Walked, FileFault> {
     let marked = find_start(&mut stream)?;
     let meta = read_meta(&mut stream)?;
     let mut deflated_at = None;
@@ -74,7 +79,7 @@ pub(super) fn walk(mut stream: Stream<'_>) -> Result<Walked, FileFault> {
     let syntax = meta.syntax.unwrap_or_else(|| {
         if encoding.explicit { start::EXPLICIT_LITTLE } else { start::IMPLICIT_LITTLE }.to_owned()
     });
-    let mut walker = Walker { stream, encoding, kept: Vec::new(), levels: Vec::new() };
+    let mut walker = Walker { stream, encoding, more, kept: Vec::new(), levels: Vec::new() };
     match walker.run() {
         Ok(pixels) => Ok(Walked {
             syntax,
@@ -110,6 +115,8 @@ struct Level {
 struct Walker<'a> {
     stream: Stream<'a>,
     encoding: Encoding,
+    /// Elements kept beside those of [`tags`].
+    more: &'a [Tag],
     kept: Vec<u8>,
     levels: Vec<Level>,
 }
@@ -181,7 +188,7 @@ impl Walker<'_> {
     /// One element of the data set or of an item.
     fn element(&mut self, element: &Element) -> Result<(), FileFault> {
         let parent_kept = self.levels.last().is_none_or(|l| l.kept);
-        let kept = parent_kept && tags::is_kept(element.tag);
+        let kept = parent_kept && (tags::is_kept(element.tag) || self.more.contains(&element.tag));
         let explicit = self.levels.last().map_or(self.encoding.explicit, |l| l.explicit);
         let undefined = element.length == UNDEFINED;
         let is_sequence = if explicit {
