@@ -2,17 +2,24 @@
 
 use std::ops::RangeInclusive;
 
-use crate::volume::{Meta, Padding, Sample};
+use crate::volume::{Meta, Padding, Sample, StoredType};
 
 /// Tells the samples of one type that count from those that do not.
 #[derive(Clone, Debug)]
 pub(super) struct Valid<T> {
     padding: Option<RangeInclusive<T>>,
+    has_nan: bool,
 }
 
 impl<T: Sample> Valid<T> {
     pub(super) fn new(meta: &Meta) -> Self {
-        Self { padding: meta.padding.and_then(within::<T>) }
+        let has_nan = matches!(T::TYPE, StoredType::F32 | StoredType::F64);
+        Self { padding: meta.padding.and_then(within::<T>), has_nan }
+    }
+
+    /// Whether every value of the type counts.
+    pub(super) fn all(&self) -> bool {
+        self.padding.is_none() && !self.has_nan
     }
 
     /// Whether a sample counts.
