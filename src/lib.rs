@@ -14,6 +14,7 @@ pub mod geom;
 pub mod kernel;
 pub mod limits;
 pub mod mesh;
+pub mod phantom;
 pub mod pipeline;
 pub mod reader;
 pub mod sink;

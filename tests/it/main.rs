@@ -18,6 +18,7 @@ mod nifti;
 mod nifti_hostile;
 mod oracle;
 mod order;
+mod phantom;
 mod raw;
 mod readers;
 mod surface;
