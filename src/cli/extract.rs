@@ -109,7 +109,11 @@ fn surface(
         return Ok((options.surface, Vec::new()));
     }
     let volume = input::open(&options.input, &options.reading, cancel)?;
-    let half = source::two_values(volume, cancel).map_err(|e| Error::at(path, e))?;
+    let half = options.steps.part(volume).and_then(|part| source::two_values(part, cancel));
+    if cancel.is_raised() {
+        return Err(Error::at(path, RunError::Interrupted));
+    }
+    let half = half.map_err(|e| Error::at(path, e))?;
     let Some(iso) = half else { return Err(Error::at(path, RunError::NoIso)) };
     let note = Note::Other(format!("the volume holds two values: meshed at the half, {iso}"));
     Ok((SurfaceOptions { iso, ..options.surface }, vec![note]))
@@ -122,13 +126,11 @@ fn shaped(
     path: &Path,
     cancel: &Cancel,
 ) -> Result<Volume<'static>, Error> {
-    let mut volume = input::open(&options.input, &options.reading, cancel)?;
-    if let Some(ranges) = options.crop {
-        let ranges = ranges.map(|[low, high]| low..high);
-        volume = source::crop(volume, &ranges).map_err(|e| Error::at(path, e))?;
-    }
-    if let Some(values) = &options.mask {
-        return Ok(source::mask(volume, values));
+    let volume = input::open(&options.input, &options.reading, cancel)?;
+    let volume =
+        options.steps.apply(volume, options.mask.as_deref()).map_err(|e| Error::at(path, e))?;
+    if options.mask.is_some() {
+        return Ok(volume);
     }
     Ok(source::pad_out(volume, surface.iso, surface.side == Side::Below))
 }

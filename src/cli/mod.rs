@@ -7,8 +7,10 @@ mod extract;
 mod info;
 mod input;
 mod options;
+mod phantom;
 mod report;
 mod signals;
+mod steps;
 mod term;
 mod value;
 
@@ -29,6 +31,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),
+        Some(Command::Phantom(args)) => phantom::run(&args, term, &cancel),
         None => options::extract(&cli.extract).map(|options| extract::run(&options, term, &cancel)),
     };
     match result {

@@ -7,6 +7,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::args::{EndianArg, ExtractArgs, FormatArg, GapsArg, OutputArgs, ReadingArgs, SpaceArg};
+use super::steps::Steps;
 use crate::geom::Space;
 use crate::pipeline::{Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
@@ -64,8 +65,8 @@ pub(crate) struct Extract {
     pub(crate) iso: Option<f64>,
     /// The stored values that are inside, instead of an iso value.
     pub(crate) mask: Option<Vec<f64>>,
-    /// Half-open ranges of indices.
-    pub(crate) crop: Option<[[usize; 2]; 3]>,
+    /// What is done to the volume first.
+    pub(crate) steps: Steps,
     /// The rest of what the surface is.
     pub(crate) surface: SurfaceOptions,
     pub(crate) space: Space,
@@ -104,14 +105,14 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     } else {
         Input::Path(input)
     };
-    let threads = at_least_one("--threads", args.threads)?.unwrap_or_else(processors);
-    let crop = args.surface.crop;
+    let threads = threads(args.threads)?;
+    let steps = Steps::new(&args.steps, space);
     Ok(Extract {
         input,
         reading,
         iso,
         mask,
-        crop,
+        steps,
         surface,
         space,
         mesh,
@@ -186,21 +187,52 @@ fn output(args: &OutputArgs, input: &Path) -> Result<Output, Usage> {
         }
         return Ok(Output::Stdout);
     }
-    if path.is_dir() {
-        return Err(Usage::new(format!("{}: the output is a folder", path.display()))
-            .hint(format!("-o {}", path.join("mesh.stl").display())));
-    }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
-            .hint(format!("mkdir -p {}", folder.display())));
-    }
+    writable(path, "mesh.stl")?;
     if let (Ok(a), Ok(b)) = (input.canonicalize(), path.canonicalize())
         && a == b
     {
         return Err(Usage::new(format!("{}: the output is the input", path.display())));
     }
     Ok(Output::File(path.clone()))
+}
+
+/// Looks whether a file could be written at `path`.
+fn writable(path: &Path, example: &str) -> Result<(), Usage> {
+    if path.is_dir() {
+        return Err(Usage::new(format!("{}: the output is a folder", path.display()))
+            .hint(format!("-o {}", path.join(example).display())));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
+            .hint(format!("mkdir -p {}", folder.display())));
+    }
+    Ok(())
+}
+
+/// Understands where a phantom goes.
+pub(crate) fn phantom_output(path: &Path, json: bool) -> Result<Output, Usage> {
+    if is_dash(path) {
+        if json {
+            return Err(Usage::new("--json and -o - both want standard output")
+                .hint("write the volume to a file"));
+        }
+        return Ok(Output::Stdout);
+    }
+    writable(path, "phantom.nii.gz")?;
+    let unzipped = match path.extension() {
+        Some(end) if end.eq_ignore_ascii_case("gz") => path.with_extension(""),
+        _ => path.to_owned(),
+    };
+    if !unzipped.extension().is_some_and(|end| end.eq_ignore_ascii_case("nii")) {
+        return Err(Usage::new(format!("{}: neither .nii nor .nii.gz", path.display())));
+    }
+    Ok(Output::File(path.to_owned()))
+}
+
+/// How many threads: all processors where none are named.
+pub(crate) fn threads(named: Option<usize>) -> Result<usize, Usage> {
+    Ok(at_least_one("--threads", named)?.unwrap_or_else(processors))
 }
 
 fn format(args: &OutputArgs, output: &Output) -> Result<Format, Usage> {

@@ -13,7 +13,7 @@ pub enum PhantomError {
     #[error(transparent)]
     Dims(#[from] DimsError),
     /// A spacing that is no distance.
-    #[error("the spacing is {0} x {1} x {2} mm, each must be a positive number")]
+    #[error("the spacing is {0} x {1} x {2} mm, each must be above 0 and within single precision")]
     Spacing(f64, f64, f64),
     /// A noise that is no deviation.
     #[error("the noise is {0}, it must be finite and not negative")]

@@ -3,6 +3,7 @@
 //!
 //! A phantom is a source of planes like any other. Nothing here meshes.
 
+mod ahead;
 mod error;
 mod nifti;
 mod noise;
@@ -66,7 +67,10 @@ impl Phantom {
         let [si, sj, sk] = self.spacing_mm;
         let half = self.extent_mm().map(|e| -e / 2.0);
         let affine = Affine::from_columns([si, 0.0, 0.0], [0.0, sj, 0.0], [0.0, 0.0, sk], half);
-        if !(self.spacing_mm.iter().all(|&s| s > 0.0) && affine.is_usable()) {
+        // The header of NIfTI-1 holds them in single precision.
+        let is_length = |mm: f64| mm > 0.0 && (mm as f32).is_normal();
+        let reach = half.iter().all(|e| (*e as f32).is_finite());
+        if !(self.spacing_mm.iter().all(|&s| is_length(s)) && reach && affine.is_usable()) {
             return Err(PhantomError::Spacing(si, sj, sk));
         }
         let mut meta = Meta::plain(Format::Memory, Grid::new(dims, affine), self.stored);
@@ -81,10 +85,13 @@ impl Phantom {
     /// Version 1 is written, which holds the affine in single precision; version 2 where an axis
     /// has more samples than version 1 can count.
     ///
+    /// The planes are made by `threads` threads, the same samples for any number of them, two
+    /// planes a thread at a time.
+    ///
     /// # Errors
     /// Those of [`Phantom::volume`]; what the system says; [`PhantomError::Interrupted`].
-    pub fn write(&self, path: Option<&Path>, cancel: &Cancel) -> Result<(), Error> {
-        let written = self.volume().and_then(|volume| nifti::write(path, volume, cancel));
+    pub fn write(&self, path: Option<&Path>, threads: usize, cancel: &Cancel) -> Result<(), Error> {
+        let written = self.volume().and_then(|volume| nifti::write(path, volume, threads, cancel));
         written.map_err(|e| Error::at(path.unwrap_or(Path::new("standard output")), e))
     }
 

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use ndarray::Array2;
 
 use super::PhantomError;
+use super::ahead::in_order;
 use crate::cancel::Cancel;
 use crate::sink::{SinkError, Target};
 use crate::source::{Planes, SourceError, Volume};
@@ -28,6 +28,7 @@ const SCANNER: i16 = 1;
 pub(super) fn write(
     path: Option<&Path>,
     volume: Volume<'_>,
+    threads: usize,
     cancel: &Cancel,
 ) -> Result<(), PhantomError> {
     let Volume { meta, planes } = volume;
@@ -38,11 +39,11 @@ pub(super) fn write(
     if zipped {
         let mut encoder = GzEncoder::new(&mut out, Compression::new(LEVEL));
         encoder.write_all(&header(&meta)).map_err(SinkError::Io)?;
-        with_planes!(planes, planes => copy(&meta, planes, &mut encoder, cancel)?);
+        with_planes!(planes, planes => copy(&meta, planes, &mut encoder, threads, cancel)?);
         encoder.finish().map_err(SinkError::Io)?;
     } else {
         out.write_all(&header(&meta)).map_err(SinkError::Io)?;
-        with_planes!(planes, planes => copy(&meta, planes, &mut out, cancel)?);
+        with_planes!(planes, planes => copy(&meta, planes, &mut out, threads, cancel)?);
     }
     out.flush().map_err(SinkError::Io)?;
     drop(out);
@@ -52,28 +53,17 @@ pub(super) fn write(
 
 fn copy<T: Sample>(
     meta: &Meta,
-    mut planes: Planes<'_, T>,
+    planes: Planes<'_, T>,
     out: &mut impl Write,
+    threads: usize,
     cancel: &Cancel,
 ) -> Result<(), PhantomError> {
-    let dims = meta.grid.dims;
-    let mut plane = Array2::<T>::default((dims.ny(), dims.nx()));
-    for k in 0..dims.nz() {
-        if cancel.is_raised() {
-            return Err(PhantomError::Interrupted);
-        }
-        match &mut planes {
-            Planes::Ordered(inner) => inner.next_plane(plane.view_mut())?,
-            Planes::Positioned(inner) => inner.read_plane(k, plane.view_mut())?,
-            Planes::Resident(view) => plane.assign(&view.index_axis(ndarray::Axis(0), k)),
-        }
+    // A phantom's planes are made where they are wanted, so there is no other way to have them.
+    let Planes::Positioned(planes) = planes else { return Err(SourceError::PlaneBuffer.into()) };
+    in_order(&*planes, meta.grid.dims, threads, cancel, |plane| {
         let samples = plane.as_slice().ok_or(SourceError::PlaneBuffer)?;
-        put(meta.stored, samples, out).map_err(SinkError::Io)?;
-    }
-    if let Planes::Ordered(inner) = &mut planes {
-        inner.finish()?;
-    }
-    Ok(())
+        Ok(put(meta.stored, samples, out).map_err(SinkError::Io)?)
+    })
 }
 
 /// Samples as little-endian bytes; `f64` of a volume of 64-bit integers as these.

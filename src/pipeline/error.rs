@@ -29,7 +29,7 @@ pub enum RunError {
         open: bool,
     },
     /// No iso value was given, and the volume does not say one.
-    #[error("the volume holds more than two values: an iso value is needed")]
+    #[error("the volume is not of 0 and one value above it: an iso value is needed")]
     NoIso,
     /// More than a mesh file can count.
     #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]

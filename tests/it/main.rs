@@ -21,6 +21,7 @@ mod order;
 mod phantom;
 mod raw;
 mod readers;
+mod steps;
 mod surface;
 mod survey;
 mod tables;

@@ -155,8 +155,8 @@ type Slot = Arc<Mutex<Option<Arc<Blurred>>>>;
 struct Positioned<'a, T> {
     inner: Box<dyn PositionedPlanes<T> + 'a>,
     filter: Filter<T>,
-    /// Planes that were wanted last, at most `most`, the last at the end. One that is wanted again after it had to go is
-    /// made again: never wrong, only slow.
+    /// Planes that were wanted last, at most `most`, the last at the end. One that is wanted again
+    /// after it had to go is made again: never wrong, only slow.
     cache: Mutex<Vec<(usize, Slot)>>,
     most: usize,
 }
