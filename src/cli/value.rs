@@ -127,9 +127,9 @@ pub(crate) fn stored_type(text: &str) -> Result<StoredType, String> {
     })
 }
 
-/// A phantom by its word.
+/// A phantom by its word; `skull-like` is the skull.
 pub(crate) fn shape(text: &str) -> Result<Shape, String> {
-    text.parse()
+    text.strip_suffix("-like").unwrap_or(text).parse()
 }
 
 #[cfg(test)]
