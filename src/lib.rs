@@ -4,7 +4,7 @@
 //! order, a *sink*. Imports go one way only, down this list:
 //!
 //! `error`, `limits`, `cancel` ← `geom` ← `volume`, `mesh` ← `source`, `kernel`, `sink`, `reader` ←
-//! `pipeline` ← `cli`.
+//! `pipeline`, `phantom` ← `cli`.
 
 pub mod cancel;
 #[cfg(feature = "cli")]

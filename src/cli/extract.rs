@@ -145,6 +145,9 @@ fn not_reached(options: &Extract, surface: &SurfaceOptions, path: &Path, cancel:
             .and_then(|survey| survey.range),
         Input::Stdin => None,
     };
-    let error = RunError::IsoNotReached { iso, range, open: surface.open };
+    let error = match range {
+        Some((_, high)) if options.mask.is_some() && high <= 0.0 => RunError::NoLabel,
+        _ => RunError::IsoNotReached { iso, range, open: surface.open },
+    };
     Error::at(path, error)
 }

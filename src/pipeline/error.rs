@@ -28,6 +28,9 @@ pub enum RunError {
         /// Whether the cap was left out.
         open: bool,
     },
+    /// A list of values was given, and no sample has one of them.
+    #[error("no sample has one of the values asked for")]
+    NoLabel,
     /// No iso value was given, and the volume does not say one.
     #[error("the volume is not of 0 and one value above it: an iso value is needed")]
     NoIso,
@@ -64,7 +67,7 @@ impl Failure for RunError {
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
             Self::Place(_) => Kind::OutOfRangeSpace,
-            Self::IsoNotReached { .. } | Self::NoIso => Kind::IsoNotReached,
+            Self::IsoNotReached { .. } | Self::NoLabel | Self::NoIso => Kind::IsoNotReached,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Interrupted => Kind::Interrupted,
             Self::Internal(_) => Kind::Internal,
@@ -77,6 +80,9 @@ impl Failure for RunError {
             Self::Sink(e) => e.hint(),
             Self::Place(_) => Some("--space voxel writes voxel indices instead".to_owned()),
             Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
+            Self::NoLabel => {
+                Some("--mask goes by stored values; mcubes info FILE shows their range".to_owned())
+            }
             Self::NoIso => {
                 Some("--iso 300 for bone in CT; mcubes info FILE suggests some".to_owned())
             }

@@ -82,7 +82,7 @@ fn a_part_that_the_volume_does_not_have_is_a_failure_with_its_size() {
 #[test]
 fn steps_that_change_nothing_change_no_byte() {
     let plain = meshed(&[HEAD, "--iso", "300"]).0;
-    let whole = ["--crop", "0:190,0:240,0:95", "--blur", "0", "--downsample", "1"];
+    let whole = ["--crop", "0:190,0:240,0:95", "--blur", "0.001", "--downsample", "1"];
     assert!(meshed(&[&[HEAD, "--iso", "300"][..], &whole].concat()).0 == plain);
     let whole = ["--crop-mm", "-999:999,-999:999,-999:999", "--downsample", "1x1x1"];
     assert!(meshed(&[&[HEAD, "--iso", "300"][..], &whole].concat()).0 == plain);
@@ -180,6 +180,47 @@ fn a_mask_is_taken_before_the_blur_and_the_means() {
         let labels = meshed(&[&input[..], steps, &["--mask", "9,7,-3"]].concat()).0;
         assert!(labels == meshed(&[&input[..], steps, &["--iso", "3.5"]].concat()).0, "{steps:?}");
     }
+}
+
+#[test]
+fn labels_that_no_sample_has_are_said_to_be_missing() {
+    let folder = TempDir::new().unwrap();
+    let input = raw(folder.path(), 7);
+    let input: Vec<&str> = input.iter().map(String::as_str).collect();
+    let out = folder.path().join("x.stl");
+    for labels in ["9", "7.5,300,-1"] {
+        let missing = ["--mask", labels, "--blur", "1", "-o", out.to_str().unwrap()];
+        let line = said(&[&input[..], &missing].concat(), 1);
+        assert!(line.contains("no sample has one of the values asked for"), "{line}");
+    }
+}
+
+#[test]
+fn slices_that_are_not_in_the_box_are_not_decoded() {
+    let folder = TempDir::new().unwrap();
+    for file in repository("testdata/dicom/ts-jpegls").read_dir().unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), folder.path().join(file.file_name())).unwrap();
+    }
+    // Bytes in the midst of one slice's compressed pixels, which only decoding can find.
+    let broken = folder.path().join("IM001.dcm");
+    let mut bytes = std::fs::read(&broken).unwrap();
+    let n = bytes.len();
+    // Where JPEG begins.
+    let start = bytes.windows(3).rposition(|w| w == [0xff, 0xd8, 0xff]).unwrap();
+    bytes[start + 40..n - 16].fill(0xff);
+    std::fs::write(&broken, bytes).unwrap();
+    let out = TempDir::new().unwrap();
+    let mesh = out.path().join("x.stl");
+    let input = [folder.path().to_str().unwrap(), "--iso", "300", "-o", mesh.to_str().unwrap()];
+    assert!(said(&input, 1).contains("IM001.dcm"));
+    // It is the first or the last of 24.
+    let parts = ["1:24", "0:23"].map(|k| {
+        let crop = format!("4:40,4:30,{k}");
+        let output = mcubes().args(input).args(["--crop", &crop]).output().unwrap();
+        output.status.success()
+    });
+    assert!(parts[0] != parts[1], "{parts:?}");
 }
 
 #[test]
