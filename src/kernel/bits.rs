@@ -1,5 +1,10 @@
 //! Bit planes: whether each sample of one plane is inside, one bit a sample.
 
+use std::ops::Range;
+
+/// No rows, so that a union with it changes nothing.
+const NO_ROWS: Range<usize> = Range { start: usize::MAX, end: 0 };
+
 /// The inside bits of one plane, 64 a word, i in rising bit order, with what numbers the crossings
 /// in the plane.
 ///
@@ -15,6 +20,8 @@ pub(super) struct BitPlane {
     words: Vec<u64>,
     /// Whether a row has a bit.
     any: Vec<bool>,
+    /// From the first row with a bit to behind the last.
+    some: Range<usize>,
     /// X crossings in the rows before each row.
     x_before: Vec<u32>,
     /// Y crossings before each row; those of row q lie between rows q - 1 and q.
@@ -31,6 +38,7 @@ impl BitPlane {
             stride,
             words: vec![0; 1 + stride * (ny + 2)],
             any: vec![false; ny + 2],
+            some: NO_ROWS,
             x_before: vec![0; ny + 3],
             y_before: vec![0; ny + 3],
         }
@@ -47,10 +55,29 @@ impl BitPlane {
         &self.words[q * self.stride..][..=self.stride]
     }
 
+    /// Word `w` of row `q`.
+    #[inline(always)]
+    pub(super) fn word(&self, q: usize, w: usize) -> u64 {
+        self.words[1 + q * self.stride + w]
+    }
+
+    /// The bit before word `w` of row `q`, as the lowest.
+    #[inline(always)]
+    pub(super) fn carry(&self, q: usize, w: usize) -> u64 {
+        self.words[q * self.stride + w] >> 63
+    }
+
     /// Whether row `q` has a bit.
     #[inline(always)]
     pub(super) fn any(&self, q: usize) -> bool {
         self.any[q]
+    }
+
+    /// The rows from the first with a bit to behind the last; a range that ends before it starts
+    /// where there is none.
+    #[inline(always)]
+    pub(super) fn some_rows(&self) -> Range<usize> {
+        self.some.clone()
     }
 
     /// X crossings in the rows before row `q`.
@@ -79,6 +106,7 @@ impl BitPlane {
     pub(super) fn clear(&mut self) {
         self.words.fill(0);
         self.any.fill(false);
+        self.some = NO_ROWS;
         self.x_before.fill(0);
         self.y_before.fill(0);
     }
@@ -94,11 +122,31 @@ impl BitPlane {
         open: bool,
         classify: impl Fn(&[K; 64]) -> u64,
     ) {
-        let rows = self.words[1 + self.stride..].chunks_exact_mut(self.stride);
-        let any = &mut self.any[1..=self.ny];
-        for ((row, any), samples) in rows.zip(any).zip(samples.chunks_exact(self.nx)) {
+        // Two streams, the upper half of the plane and the lower, keep more of the memory's
+        // channels busy than one.
+        let half = self.ny / 2;
+        let rows = &mut self.words[1 + self.stride..][..self.ny * self.stride];
+        let (upper, lower) = rows.split_at_mut(half * self.stride);
+        let (upper_any, lower_any) = self.any[1..=self.ny].split_at_mut(half);
+        let (upper_samples, lower_samples) = samples.split_at(half * self.nx);
+        let mut upper = upper
+            .chunks_exact_mut(self.stride)
+            .zip(upper_any)
+            .zip(upper_samples.chunks_exact(self.nx));
+        let lower = lower
+            .chunks_exact_mut(self.stride)
+            .zip(lower_any)
+            .zip(lower_samples.chunks_exact(self.nx));
+        for ((row, any), samples) in lower {
             *any = fill_row(row, samples, &classify) != 0;
+            if let Some(((row, any), samples)) = upper.next() {
+                *any = fill_row(row, samples, &classify) != 0;
+            }
         }
+        self.some = match self.any.iter().position(|&any| any) {
+            Some(first) => first..self.any.iter().rposition(|&any| any).map_or(0, |q| q + 1),
+            None => NO_ROWS,
+        };
         self.count_crossings(open);
     }
 
@@ -109,7 +157,12 @@ impl BitPlane {
         let (nx, ny) = (self.nx, self.ny);
         let words = nx.div_ceil(64);
         let (mut n_x, mut n_y) = (0, 0);
-        for q in 1..=ny + 1 {
+        self.x_before.fill(0);
+        self.y_before.fill(0);
+        if self.some.is_empty() {
+            return;
+        }
+        for q in self.some.start..=self.some.end {
             self.x_before[q] = n_x;
             self.y_before[q] = n_y;
             if !self.any[q] && !self.any[q - 1] {
@@ -122,8 +175,8 @@ impl BitPlane {
                 n_y += above.iter().zip(row).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
             }
         }
-        self.x_before[ny + 2] = n_x;
-        self.y_before[ny + 2] = n_y;
+        self.x_before[self.some.end + 1..].fill(n_x);
+        self.y_before[self.some.end + 1..].fill(n_y);
     }
 }
 

@@ -10,14 +10,12 @@
 #[expect(clippy::inline_always, reason = "the innermost arithmetic of every vertex")]
 pub fn crossing(a: f64, b: f64, level: f64, epsilon: f64) -> f64 {
     let rise = b - a;
-    // Two finite ends may still be too far apart for their difference; an end that is not finite
-    // makes the difference so too, unless both are infinite alike or NaN, which make it NaN.
-    if !rise.is_finite() {
-        return 0.5;
-    }
     // A level equal to an end, or (after rounding) beyond it, is clamped; 0/0 cannot be, since the
     // ends differ in side and so in value.
-    ((level - a) / rise).max(epsilon).min(1.0 - epsilon)
+    let t = ((level - a) / rise).max(epsilon).min(1.0 - epsilon);
+    // Two finite ends may still be too far apart for their difference; an end that is not finite
+    // makes the difference so too, unless both are infinite alike or NaN, which make it NaN.
+    if rise.is_finite() { t } else { 0.5 }
 }
 
 #[cfg(test)]

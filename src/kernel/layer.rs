@@ -22,6 +22,15 @@ pub(super) struct SlowCell {
     pub(super) case: u8,
 }
 
+/// A word of a row of bits in which some cell has corners of both kinds: all crossings of the row
+/// of cells are in such words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ActiveWord {
+    /// As rows of bit planes are counted.
+    pub(super) q: u32,
+    pub(super) w: u32,
+}
+
 /// Triangles of each case, and, as the topmost bit, whether the case needs a decider (its
 /// triangles are not counted here then).
 pub(super) type Counts = [u8; 256];
@@ -39,10 +48,22 @@ pub(super) struct Layer {
     pub(super) rows: Vec<RowRun>,
     /// The cells that need a decider, in order.
     pub(super) slow: Vec<SlowCell>,
+    /// Where crossings are, by (y, x): those of the layer's Z edges and of the X and Y edges of the
+    /// plane after it.
+    pub(super) words: Vec<ActiveWord>,
     /// Z crossings in the rows of samples before each row, counted as the rows of bit planes are.
     z_before: Vec<u32>,
     /// Triangles of the cells that need no decider.
     pub(super) n_plain_triangles: u64,
+}
+
+/// Where a row of cells puts what it finds.
+pub(super) struct RowOut<'a> {
+    /// The row, as those of bit planes are counted.
+    pub(super) q: u32,
+    pub(super) cases: &'a mut [u8],
+    pub(super) slow: &'a mut Vec<SlowCell>,
+    pub(super) words: &'a mut Vec<ActiveWord>,
 }
 
 /// What is found in one row of cells.
@@ -77,7 +98,7 @@ impl Layer {
     }
 
     /// Finds crossings and cases between two planes. `row_cells` finds the cells of one row;
-    /// `cells` bounds the cells that may be active, `None` where the whole layer may not.
+    /// `cells` bounds the cells that may be active.
     ///
     /// Inlined into one function an instruction set.
     #[inline(always)]
@@ -86,34 +107,45 @@ impl Layer {
         planes: [&BitPlane; 2],
         (nx, ny): (usize, usize),
         cells: &Cells,
-        row_cells: impl Fn(FourRows<'_>, &Cells, &mut [u8], &mut Vec<SlowCell>) -> RowCells,
+        row_cells: impl Fn(FourRows<'_>, RowMask, RowOut<'_>) -> RowCells,
     ) {
         let [prev, cur] = planes;
         let words = prev.row_words();
         self.n_cases = 0;
         self.rows.clear();
         self.slow.clear();
+        self.words.clear();
         self.n_plain_triangles = 0;
+        self.z_before.clear();
         self.z_before.resize(ny + 3, 0);
+        let some = prev.some_rows().start.min(cur.some_rows().start)
+            ..prev.some_rows().end.max(cur.some_rows().end);
+        if some.is_empty() {
+            return;
+        }
         let mut n_z = 0;
-        for q in 1..=ny + 1 {
+        for q in some.start..=some.end {
             self.z_before[q] = n_z;
-            let any = prev.any(q - 1) || prev.any(q) || cur.any(q - 1) || cur.any(q);
-            if !any || cells.is_none {
+            if !(prev.any(q - 1) || prev.any(q) || cur.any(q - 1) || cur.any(q)) {
                 continue;
             }
             let rows = [prev.row(q - 1), prev.row(q), cur.row(q - 1), cur.row(q)];
-            let (b, d) = (&rows[1][1..=words], &rows[3][1..=words]);
-            n_z += b.iter().zip(d).map(|(b, d)| (b ^ d).count_ones()).sum::<u32>();
-            if !cells.rows.contains(&q) {
-                continue;
+            if !cells.is_none {
+                let (b, d) = (&rows[1][1..=words], &rows[3][1..=words]);
+                n_z += b.iter().zip(d).map(|(b, d)| (b ^ d).count_ones()).sum::<u32>();
             }
             let room = self.n_cases + nx + 1 + CASE_SLACK;
             if self.cases.len() < room {
                 self.cases.resize(room.next_power_of_two(), 0);
             }
             let slow_before = self.slow.len();
-            let found = row_cells(rows, cells, &mut self.cases[self.n_cases..], &mut self.slow);
+            let out = RowOut {
+                q: q as u32,
+                cases: &mut self.cases[self.n_cases..],
+                slow: &mut self.slow,
+                words: &mut self.words,
+            };
+            let found = row_cells(rows, cells.row(q), out);
             if found.n_cells > 0 {
                 self.n_cases += found.n_cells;
                 self.n_plain_triangles += u64::from(found.n_triangles);
@@ -124,7 +156,7 @@ impl Layer {
                 });
             }
         }
-        self.z_before[ny + 2] = n_z;
+        self.z_before[some.end + 1..].fill(n_z);
     }
 }
 
@@ -136,6 +168,7 @@ pub(super) struct Cells {
     /// The word of a row that holds the cell right of the last sample, and the bits of that word
     /// that are cells between samples.
     last: Option<(usize, u64)>,
+    /// The layer lies in the border.
     is_none: bool,
 }
 
@@ -151,10 +184,28 @@ impl Cells {
         Self { rows: 2..ny + 1, last: Some((nx / 64, (1 << (nx % 64)) - 1)), is_none: in_border }
     }
 
+    /// Those of row `q`.
+    #[inline(always)]
+    fn row(&self, q: usize) -> RowMask {
+        RowMask { last: self.last, is_none: self.is_none || !self.rows.contains(&q) }
+    }
+}
+
+/// Which cells of a row may be active.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RowMask {
+    last: Option<(usize, u64)>,
+    is_none: bool,
+}
+
+impl RowMask {
     /// The bits of word `w` that may be active.
     #[inline(always)]
-    pub(super) fn mask(&self, w: usize) -> u64 {
+    pub(super) fn word(self, w: usize) -> u64 {
         let Some((last, bits)) = self.last else { return !0 };
+        if self.is_none {
+            return 0;
+        }
         (if w == 0 { !1 } else { !0 }) & (if w == last { bits } else { !0 })
     }
 }
@@ -182,16 +233,20 @@ pub(super) fn row_cells(
     counts: &Counts,
     rows: FourRows<'_>,
     words: usize,
-    cells: &Cells,
-    cases: &mut [u8],
-    slow: &mut Vec<SlowCell>,
+    mask: RowMask,
+    out: RowOut<'_>,
 ) -> RowCells {
     let mut found = RowCells::default();
-    let mut slots = cases.iter_mut();
+    let mut slots = out.cases.iter_mut();
     let rows = rows.map(|row| &row[..=words]);
     for w in 0..words {
         let corners = corner_words(rows, w);
-        let mut bits = active(corners) & cells.mask(w);
+        let active = active(corners);
+        if active == 0 {
+            continue;
+        }
+        out.words.push(ActiveWord { q: out.q, w: w as u32 });
+        let mut bits = active & mask.word(w);
         let (left, right) = corners;
         found.n_cells += bits.count_ones() as usize;
         while bits != 0 {
@@ -211,7 +266,7 @@ pub(super) fn row_cells(
             if count & SLOW == 0 {
                 found.n_triangles += u32::from(count);
             } else {
-                slow.push(SlowCell { c: w as u32 * 64 + t, case });
+                out.slow.push(SlowCell { c: w as u32 * 64 + t, case });
             }
         }
     }

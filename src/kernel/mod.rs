@@ -17,7 +17,9 @@ mod cut;
 mod decide;
 mod emit;
 mod extra;
+mod family;
 mod fan;
+mod gather;
 mod key;
 mod layer;
 mod loops;
@@ -45,7 +47,7 @@ use bits::BitPlane;
 use emit::{FirstIds, Triangles};
 use key::{Bits, Key, Threshold};
 use layer::{Cells, Counts, SLOW};
-use vertices::Placing;
+use vertices::{LayerVertices, Placing, Plane};
 
 /// The surface of one volume at one iso value, slab by slab.
 ///
@@ -164,12 +166,9 @@ impl<T: Classify> Kernel<T> {
         let mut vertices = out.vertices;
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
         let mut first = first_vertex;
-        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1))
-            && let Some(samples) = slab.plane(k)
-        {
+        if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
             let bits = &scratch.bits[part.start - slab.layers.start].0;
-            let origin = self.place.plane_origin(k as i64);
-            simd::plane_vertices(self.cpu, &self.placing, bits, samples, origin, ghosts);
+            simd::ghosts(self.cpu, &self.placing, self.plane(k as i64, slab, bits), ghosts);
         }
         for s in part {
             let n = s - slab.layers.start;
@@ -208,17 +207,22 @@ impl<T: Classify> Kernel<T> {
         layer: &slab::LayerScratch,
         out: &mut [[f32; 3]],
     ) {
+        let [prev, cur] = planes;
         let (z, rest) = out.split_at_mut(layer.cells.n_z() as usize);
-        let (extra, plane) = rest.split_at_mut(layer.settled.extra.len());
-        let before = s as i64 - 1;
-        let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
-        let between = (self.place.plane_origin(before), self.place.step_k(before));
-        simd::z_vertices(self.cpu, &self.placing, planes, samples, between, z);
+        let (extra, rest) = rest.split_at_mut(layer.settled.extra.len());
+        let (x, y) = rest.split_at_mut(cur.n_x() as usize);
         extra.copy_from_slice(&layer.settled.extra);
-        if let Some(samples) = samples[1] {
-            let origin = self.place.plane_origin(s as i64);
-            simd::plane_vertices(self.cpu, &self.placing, planes[1], samples, origin, plane);
-        }
+        let k = s as i64;
+        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
+        let out = LayerVertices { z, x, y };
+        let step = self.place.step_k(k - 1);
+        simd::vertices(self.cpu, &self.placing, &layer.cells.words, planes, step, out);
+    }
+
+    /// Plane `k`, the border included.
+    fn plane<'a>(&self, k: i64, slab: &Slab<'a, T>, bits: &'a BitPlane) -> Plane<'a, T> {
+        let samples = usize::try_from(k).ok().and_then(|k| slab.plane(k)).unwrap_or_default();
+        Plane { bits, samples, origin: self.place.plane_origin(k) }
     }
 
     fn classify(&self, k: Option<usize>, slab: &Slab<'_, T>, out: &mut Bits) {

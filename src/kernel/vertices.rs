@@ -1,10 +1,12 @@
 //! Vertices: one for each grid edge whose ends differ, made once.
 //!
-//! All arithmetic is `f64`, in one order, rounded once. A row's constants are computed once a row.
+//! All arithmetic is `f64`, in one order, rounded once.
 
 use super::bits::BitPlane;
-use super::crossing;
-use crate::geom::vec3::{Vec3, add, scale};
+use super::family::Family;
+use super::gather::Gathered;
+use super::layer::ActiveWord;
+use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
 use crate::volume::Sample;
 
@@ -19,152 +21,139 @@ pub(super) struct Placing {
     pub(super) open: bool,
 }
 
-/// `p + s · v`, rounded to output coordinates.
-#[inline(always)]
-fn along(p: Vec3, v: Vec3, s: f64) -> Position {
-    [(p[0] + s * v[0]) as f32, (p[1] + s * v[1]) as f32, (p[2] + s * v[2]) as f32]
+/// A plane of samples, or of the border, where it lies.
+#[derive(Clone, Copy)]
+pub(super) struct Plane<'a, T> {
+    pub(super) bits: &'a BitPlane,
+    /// None in the border.
+    pub(super) samples: &'a [T],
+    /// Of the sample (0, 0).
+    pub(super) origin: Vec3,
 }
 
-/// Calls `f` with each set bit's number, rising.
-#[inline(always)]
-fn for_each_bit(word: u64, first: usize, mut f: impl FnMut(usize)) {
-    let mut word = word;
-    while word != 0 {
-        f(first + word.trailing_zeros() as usize);
-        word &= word - 1;
-    }
+/// Where the vertices of a layer go: those on its Z edges, and on the X and Y edges of the plane
+/// after it.
+pub(super) struct LayerVertices<'a> {
+    pub(super) z: &'a mut [Position],
+    pub(super) x: &'a mut [Position],
+    pub(super) y: &'a mut [Position],
 }
 
 impl Placing {
-    /// The vertices on the X edges of a plane whose sample (0, 0) lies at `origin`, then those on
-    /// its Y edges.
+    /// The vertices of a layer between two planes one `step` apart, each family by (y, x). `words`
+    /// are those that hold its crossings; `place` makes the vertices of gathered ones.
+    ///
+    /// Inlined into one function an instruction set, as the others here.
     #[inline(always)]
-    pub(super) fn plane<T: Sample>(
+    pub(super) fn layer_with<T: Sample>(
         &self,
-        bits: &BitPlane,
-        samples: &[T],
-        origin: Vec3,
-        out: &mut [Position],
+        words: &[ActiveWord],
+        [before, after]: [Plane<'_, T>; 2],
+        step: Vec3,
+        out: LayerVertices<'_>,
+        place: impl Fn(&Family<'_, T>, &Gathered, &mut [Position]),
     ) {
+        let mut x = Edges::new(Family::x(self, &after), out.x);
+        let mut y = Edges::new(Family::y(self, &after), out.y);
+        let mut z = Edges::new(Family::z(self, [&before, &after], step), out.z);
+        let has_z = !(self.open && (before.samples.is_empty() || after.samples.is_empty()));
+        for &ActiveWord { q, w } in words {
+            let (at, w) = (q as usize, w as usize);
+            x.add(self.x_crossings(after.bits, at, w), w, q - 1, &place);
+            y.add(self.y_crossings(after.bits, at, w), w, q - 1, &place);
+            if has_z {
+                z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, &place);
+            }
+        }
+        x.flush(&place);
+        y.flush(&place);
+        z.flush(&place);
+    }
+
+    /// The vertices on the X edges of a plane, then those on its Y edges.
+    #[inline(always)]
+    pub(super) fn ghosts_with<T: Sample>(
+        &self,
+        plane: Plane<'_, T>,
+        out: &mut [Position],
+        place: impl Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+    ) {
+        let bits = plane.bits;
         let (x, y) = out.split_at_mut(bits.n_x() as usize);
-        self.x(bits, samples, origin, x);
-        self.y(bits, samples, origin, y);
-    }
-
-    /// The vertices on the X edges of a plane whose sample (0, 0) lies at `origin`, by (y, x).
-    #[inline(always)]
-    fn x<T: Sample>(&self, bits: &BitPlane, samples: &[T], origin: Vec3, out: &mut [Position]) {
-        let mut out = out.iter_mut();
-        let mut put = |vertex| {
-            if let Some(slot) = out.next() {
-                *slot = vertex;
-            }
-        };
-        let (nx, ny) = self.dims;
-        for r in 0..ny {
-            if bits.x_before(r + 1) == bits.x_before(r + 2) {
-                continue;
-            }
-            let base = add(origin, scale(self.step_j, r as f64));
-            let row = &samples[r * nx..][..nx];
-            let words = &bits.row(r + 1)[..=bits.row_words()];
+        let mut x = Edges::new(Family::x(self, &plane), x);
+        let mut y = Edges::new(Family::y(self, &plane), y);
+        let rows = bits.some_rows();
+        for q in rows.start..=rows.end {
             for w in 0..bits.row_words() {
-                let word = words[w + 1];
-                let crossed = word ^ (word << 1 | words[w] >> 63);
-                for_each_bit(crossed, w * 64, |c| {
-                    let t = if c == 0 || c == nx {
-                        if self.open {
-                            return;
-                        }
-                        if c == 0 { 1.0 - self.epsilon } else { self.epsilon }
-                    } else {
-                        crossing(row[c - 1].to_f64(), row[c].to_f64(), self.level, self.epsilon)
-                    };
-                    put(along(base, self.step_i, c as f64 - 1.0 + t));
-                });
-            }
-        }
-    }
-
-    /// The vertices on the Y edges of a plane, by (y, x).
-    #[inline(always)]
-    fn y<T: Sample>(&self, bits: &BitPlane, samples: &[T], origin: Vec3, out: &mut [Position]) {
-        let mut out = out.iter_mut();
-        let mut put = |vertex| {
-            if let Some(slot) = out.next() {
-                *slot = vertex;
-            }
-        };
-        let (nx, ny) = self.dims;
-        let (first, last) = if self.open { (1, ny) } else { (0, ny + 1) };
-        for r in first..last {
-            if bits.y_before(r + 1) == bits.y_before(r + 2) {
-                continue;
-            }
-            let in_border = r == 0 || r == ny;
-            // In the border neither row is looked at.
-            let above = if in_border { &[][..] } else { &samples[(r - 1) * nx..][..nx] };
-            let below = if in_border { &[][..] } else { &samples[r * nx..][..nx] };
-            let words = (&bits.row(r)[..=bits.row_words()], &bits.row(r + 1)[..=bits.row_words()]);
-            for w in 0..bits.row_words() {
-                for_each_bit(words.0[w + 1] ^ words.1[w + 1], w * 64, |c| {
-                    let t = if in_border {
-                        if r == 0 { 1.0 - self.epsilon } else { self.epsilon }
-                    } else {
-                        crossing(above[c].to_f64(), below[c].to_f64(), self.level, self.epsilon)
-                    };
-                    let base = add(origin, scale(self.step_j, r as f64 - 1.0 + t));
-                    put(along(base, self.step_i, c as f64));
-                });
-            }
-        }
-    }
-
-    /// The vertices on the Z edges of a layer, by (y, x): from the plane before, whose sample
-    /// (0, 0) lies at `origin`, one `step` on. A plane outside the volume has no samples.
-    #[inline(always)]
-    pub(super) fn z<T: Sample>(
-        &self,
-        [prev, cur]: [&BitPlane; 2],
-        [before, after]: [Option<&[T]>; 2],
-        (origin, step): (Vec3, Vec3),
-        out: &mut [Position],
-    ) {
-        let mut out = out.iter_mut();
-        let mut put = |vertex| {
-            if let Some(slot) = out.next() {
-                *slot = vertex;
-            }
-        };
-        let (nx, ny) = self.dims;
-        let cap = if before.is_none() { 1.0 - self.epsilon } else { self.epsilon };
-        for r in 0..ny {
-            if !prev.any(r + 1) && !cur.any(r + 1) {
-                continue;
-            }
-            let base = add(origin, scale(self.step_j, r as f64));
-            let ends = match (before, after) {
-                (Some(before), Some(after)) => {
-                    Some((&before[r * nx..][..nx], &after[r * nx..][..nx]))
+                let (i, j) = (self.x_crossings(bits, q, w), self.y_crossings(bits, q, w));
+                if i | j != 0 {
+                    x.add(i, w, q as u32 - 1, &place);
+                    y.add(j, w, q as u32 - 1, &place);
                 }
-                _ => None,
-            };
-            let words =
-                (&prev.row(r + 1)[..=prev.row_words()], &cur.row(r + 1)[..=cur.row_words()]);
-            for w in 0..prev.row_words() {
-                for_each_bit(words.0[w + 1] ^ words.1[w + 1], w * 64, |c| {
-                    let t = match ends {
-                        Some((before, after)) => crossing(
-                            before[c].to_f64(),
-                            after[c].to_f64(),
-                            self.level,
-                            self.epsilon,
-                        ),
-                        None => cap,
-                    };
-                    put(along(add(base, scale(self.step_i, c as f64)), step, t));
-                });
             }
         }
+        x.flush(&place);
+        y.flush(&place);
+    }
+
+    /// The crossed X edges of word `w` of row `q`.
+    #[inline(always)]
+    fn x_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
+        let word = bits.word(q, w);
+        let crossed = word ^ (word << 1 | bits.carry(q, w));
+        if !self.open {
+            return crossed;
+        }
+        let nx = self.dims.0;
+        let last = if w == nx / 64 { 1 << (nx % 64) } else { 0 };
+        crossed & !(u64::from(w == 0) | last)
+    }
+
+    /// The crossed Y edges between rows `q - 1` and `q`.
+    #[inline(always)]
+    fn y_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
+        if self.open && (q == 1 || q == self.dims.1 + 1) {
+            return 0;
+        }
+        bits.word(q - 1, w) ^ bits.word(q, w)
+    }
+}
+
+/// The crossed edges of one family on their way to vertices.
+struct Edges<'a, 'o, T> {
+    family: Family<'a, T>,
+    gathered: Gathered,
+    out: &'o mut [Position],
+}
+
+impl<'a, 'o, T: Sample> Edges<'a, 'o, T> {
+    fn new(family: Family<'a, T>, out: &'o mut [Position]) -> Self {
+        Self { family, gathered: Gathered::new(), out }
+    }
+
+    /// Adds the edges of word `w` in row `r`.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        crossed: u64,
+        w: usize,
+        r: u32,
+        place: &impl Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+    ) {
+        if self.gathered.is_full() {
+            self.flush(place);
+        }
+        self.gathered.add(crossed, 64 * w as u32, r);
+    }
+
+    /// Places all that is gathered.
+    #[inline(always)]
+    fn flush(&mut self, place: &impl Fn(&Family<'_, T>, &Gathered, &mut [Position])) {
+        let out = std::mem::take(&mut self.out);
+        if let Some((now, later)) = out.split_at_mut_checked(self.gathered.len()) {
+            place(&self.family, &self.gathered, now);
+            self.out = later;
+        }
+        self.gathered.clear();
     }
 }

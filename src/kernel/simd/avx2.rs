@@ -8,8 +8,9 @@ use bytemuck::must_cast;
 use super::super::bits::BitPlane;
 use super::super::emit::{Triangles, settled_row};
 use super::super::key::Threshold;
-use super::super::layer::{Cells, Counts, Layer, row_cells};
-use super::super::vertices::Placing;
+use super::super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
+use super::super::vertices::{LayerVertices, Placing, Plane};
+use super::prefetch;
 use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
 use crate::volume::Sample;
@@ -29,6 +30,7 @@ macro_rules! key {
                 let ($flip, $at) = ($set(threshold.flip), $set(threshold.at));
                 let $flip: __m256i = must_cast($flip);
                 out.fill_with(samples, open, |chunk| {
+                    prefetch(chunk);
                     let parts: [[__m256i; $n]; 64 / (32 / size_of::<$key>()) / $n] =
                         must_cast(*chunk);
                     let bits = 64 / parts.len();
@@ -104,9 +106,7 @@ pub(super) fn fill_layer(
     out: &mut Layer,
 ) {
     let words = planes[0].row_words();
-    out.fill_with(planes, dims, cells, |rows, cells, cases, slow| {
-        row_cells(counts, rows, words, cells, cases, slow)
-    });
+    out.fill_with(planes, dims, cells, |rows, mask, out| row_cells(counts, rows, words, mask, out));
 }
 
 /// Emission: sixteen ids are two registers, so each half of the output is chosen from both.
@@ -195,25 +195,19 @@ fn store(ids: [__m256i; 2], n: usize, at: usize, out: &mut [u32]) {
     }
 }
 
-/// Vertices, plain arithmetic: vectors of them were slower.
+/// Vertices, the plain code compiled for wider registers.
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn plane_vertices<T: Sample>(
+pub(super) fn vertices<T: Sample>(
     placing: &Placing,
-    bits: &BitPlane,
-    samples: &[T],
-    origin: Vec3,
-    out: &mut [Position],
+    words: &[ActiveWord],
+    planes: [Plane<'_, T>; 2],
+    step: Vec3,
+    out: LayerVertices<'_>,
 ) {
-    placing.plane(bits, samples, origin, out);
+    placing.layer_with(words, planes, step, out, |f, g, out| f.place(g, out));
 }
 
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn z_vertices<T: Sample>(
-    placing: &Placing,
-    planes: [&BitPlane; 2],
-    samples: [Option<&[T]>; 2],
-    between: (Vec3, Vec3),
-    out: &mut [Position],
-) {
-    placing.z(planes, samples, between, out);
+pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
+    placing.ghosts_with(plane, out, |f, g, out| f.place(g, out));
 }

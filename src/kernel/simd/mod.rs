@@ -5,6 +5,10 @@
 //! `Cpu` above `Sse2` comes from detection alone. Each set gives the same bits as the plain code,
 //! which is the definition.
 #![allow(unsafe_code)]
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "a method is not general enough in lifetimes"
+)]
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -17,8 +21,8 @@ use super::bits::BitPlane;
 use super::cpu::Cpu;
 use super::emit::Triangles;
 use super::key::Threshold;
-use super::layer::{Cells, Counts, Layer, row_cells};
-use super::vertices::Placing;
+use super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
+use super::vertices::{LayerVertices, Placing, Plane};
 use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
 use crate::volume::Sample;
@@ -70,6 +74,20 @@ macro_rules! keys {
 
 keys!(i8, i16, i32, f32, f64);
 
+/// Asks for the samples that come after these, one page on or less: the processor itself looks ahead
+/// too little for comparing at the speed of memory.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn prefetch<T>(chunk: &[T; 64]) {
+    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+    const AHEAD_BYTES: usize = 1024;
+    for line in 0..size_of::<T>() {
+        let ahead = chunk.as_ptr().wrapping_byte_add(AHEAD_BYTES + 64 * line);
+        // SAFETY: a hint, which may name any address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(ahead.cast()) };
+    }
+}
+
 /// Finds the crossings and cases of a layer.
 pub(super) fn fill_layer(
     cpu: Cpu,
@@ -82,11 +100,11 @@ pub(super) fn fill_layer(
     let words = planes[0].row_words();
     dispatch!(
         cpu,
-        out.fill_with(planes, dims, cells, |rows, cells, cases, slow| {
-            row_cells(counts, rows, words, cells, cases, slow)
+        out.fill_with(planes, dims, cells, |rows, mask, out| {
+            row_cells(counts, rows, words, mask, out)
         }),
-        out.fill_with(planes, dims, cells, |rows, cells, cases, slow| {
-            row_cells(counts, rows, words, cells, cases, slow)
+        out.fill_with(planes, dims, cells, |rows, mask, out| {
+            row_cells(counts, rows, words, mask, out)
         }),
         avx2::fill_layer(counts, planes, dims, cells, out),
         avx512::fill_layer(counts, planes, dims, cells, out)
@@ -104,38 +122,36 @@ pub(super) fn emit(cpu: Cpu, triangles: &Triangles<'_>, out: &mut [u32]) {
     );
 }
 
-/// Makes the vertices on the X edges of a plane, then those on its Y edges.
-pub(super) fn plane_vertices<T: Sample>(
+/// Makes the vertices of a layer.
+pub(super) fn vertices<T: Sample>(
     cpu: Cpu,
     placing: &Placing,
-    bits: &BitPlane,
-    samples: &[T],
-    origin: Vec3,
-    out: &mut [Position],
+    words: &[ActiveWord],
+    planes: [Plane<'_, T>; 2],
+    step: Vec3,
+    out: LayerVertices<'_>,
 ) {
     dispatch!(
         cpu,
-        placing.plane(bits, samples, origin, out),
-        placing.plane(bits, samples, origin, out),
-        avx2::plane_vertices(placing, bits, samples, origin, out),
-        avx2::plane_vertices(placing, bits, samples, origin, out)
+        placing.layer_with(words, planes, step, out, |f, g, out| f.place(g, out)),
+        placing.layer_with(words, planes, step, out, |f, g, out| f.place(g, out)),
+        avx2::vertices(placing, words, planes, step, out),
+        avx512::vertices(placing, words, planes, step, out)
     );
 }
 
-/// Makes the vertices on the Z edges of a layer.
-pub(super) fn z_vertices<T: Sample>(
+/// Makes the vertices on the X edges of a plane, then those on its Y edges.
+pub(super) fn ghosts<T: Sample>(
     cpu: Cpu,
     placing: &Placing,
-    planes: [&BitPlane; 2],
-    samples: [Option<&[T]>; 2],
-    between: (Vec3, Vec3),
+    plane: Plane<'_, T>,
     out: &mut [Position],
 ) {
     dispatch!(
         cpu,
-        placing.z(planes, samples, between, out),
-        placing.z(planes, samples, between, out),
-        avx2::z_vertices(placing, planes, samples, between, out),
-        avx2::z_vertices(placing, planes, samples, between, out)
+        placing.ghosts_with(plane, out, |f, g, out| f.place(g, out)),
+        placing.ghosts_with(plane, out, |f, g, out| f.place(g, out)),
+        avx2::ghosts(placing, plane, out),
+        avx512::ghosts(placing, plane, out)
     );
 }

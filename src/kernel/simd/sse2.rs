@@ -7,6 +7,7 @@ use bytemuck::must_cast;
 
 use super::super::bits::BitPlane;
 use super::super::key::Threshold;
+use super::prefetch;
 
 macro_rules! key {
     ($key:ident, $n:literal, |$v:ident, $flip:ident, $at:ident| $reaches:expr, $set:ident) => {
@@ -23,6 +24,7 @@ macro_rules! key {
                 let ($flip, $at) = ($set(threshold.flip), $set(threshold.at));
                 let $flip: __m128i = must_cast($flip);
                 out.fill_with(samples, open, |chunk| {
+                    prefetch(chunk);
                     let parts: [[__m128i; $n]; 64 / (16 / size_of::<$key>()) / $n] =
                         must_cast(*chunk);
                     let bits = 64 / parts.len();
