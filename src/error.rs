@@ -101,6 +101,12 @@ impl fmt::Display for Kind {
     }
 }
 
+/// The system's own words for an error, in lower case and without its number.
+pub(crate) fn system_words(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error").next().unwrap_or_default().to_lowercase()
+}
+
 /// What every layer's error can say of itself. Its `Display` is one line in lower case, with the
 /// value found and the value wanted, without the path.
 pub trait Failure: std::error::Error + Send + Sync + 'static {

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::level::{self, Level};
 use super::value;
 use crate::phantom::Shape;
 use crate::volume::StoredType;
@@ -17,6 +18,8 @@ Examples:
   mcubes brain.nii --iso 0.5 --space lps -o b.obj  for a viewer that wants LPS
   mcubes scan.raw --dims 512x512x90 --type i16 --spacing 0.7x0.7x2.5 --iso 300 -o s.stl
   mcubes info head.nii.gz                          what a file holds, and which iso to take
+  mcubes scans/ --recursive --iso 300 -o meshes/   every scan below a folder
+  mcubes scans/ --recursive --iso 300 -o meshes/ --resume   what is not done yet
 
 Exit status: 0 done, 1 something failed, 2 wrong use, 130 interrupted.
 An input that is called like a command is written ./info.";
@@ -25,7 +28,7 @@ An input that is called like a command is written ./info.";
 #[derive(Parser, Debug)]
 #[command(name = "mcubes", version, after_help = EXAMPLES)]
 #[command(args_conflicts_with_subcommands = true, max_term_width = 100)]
-#[command(override_usage = "mcubes INPUT --iso V -o OUT [OPTIONS]\n       mcubes <COMMAND> ...")]
+#[command(override_usage = "mcubes INPUT... --iso V -o OUT [OPTIONS]\n       mcubes <COMMAND> ...")]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
@@ -43,6 +46,14 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Write a volume made by a formula, as NIfTI, and say what is true of its surface
     Phantom(PhantomArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        #[arg(value_name = "SHELL")]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, in roff
+    Man,
 }
 
 #[derive(Args, Debug)]
@@ -60,9 +71,9 @@ pub(crate) struct CommonArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct ExtractArgs {
-    /// A NIfTI, DICOM or raw file, a DICOM folder or zip, or - for raw data from standard input
+    /// NIfTI, DICOM or raw files, DICOM folders or zips; - for raw data from standard input
     #[arg(value_name = "INPUT")]
-    pub(crate) input: Option<PathBuf>,
+    pub(crate) inputs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) surface: SurfaceArgs,
     #[command(flatten)]
@@ -71,17 +82,55 @@ pub(crate) struct ExtractArgs {
     pub(crate) output: OutputArgs,
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
+    #[command(flatten)]
+    pub(crate) batch: BatchArgs,
     /// Threads of work in all [default: all processors]
     #[arg(long, value_name = "N", help_heading = "General")]
     pub(crate) threads: Option<usize>,
+    /// Options by their long names in a TOML file; the command line wins
+    #[arg(long, value_name = "FILE", help_heading = "General")]
+    pub(crate) config: Option<PathBuf>,
+}
+
+/// Many scans in one run.
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of the command line")]
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Many scans")]
+pub(crate) struct BatchArgs {
+    /// Take every volume file and DICOM series below the folders
+    #[arg(short, long)]
+    pub(crate) recursive: bool,
+    /// Names below the output folder, of {stem} {file} {parent} {series} {modality} {iso} {label}
+    /// [default: as the inputs lie]
+    #[arg(long, value_name = "PATTERN")]
+    pub(crate) name: Option<String>,
+    /// Pass over what is done already, as the record in the output folder has it
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Say what would be done, and write nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Stop at the first failure
+    #[arg(long)]
+    pub(crate) fail_fast: bool,
+    /// Scans side by side [default: as many as threads]
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<usize>,
+    /// Memory for all scans together, such as 800M or 4G [default: half of what is free]
+    #[arg(long, value_name = "BYTES", value_parser = value::bytes)]
+    pub(crate) max_memory: Option<u64>,
+    /// Every N-th scan, beginning with the I-th
+    #[arg(long, value_name = "I/N", value_parser = value::shard)]
+    pub(crate) shard: Option<(usize, usize)>,
 }
 
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Surface")]
 pub(crate) struct SurfaceArgs {
-    /// Iso value in real units (HU for CT); not needed for a volume of 0 and one other value
-    #[arg(long, value_name = "V", value_parser = value::finite, allow_hyphen_values = true)]
-    pub(crate) iso: Option<f64>,
+    /// Iso value in real units (HU for CT), bone, soft, fat, skin, lung or auto; may be given more
+    /// than once; not needed for a volume of 0 and one other value
+    #[arg(long, value_name = "V", value_parser = level::parse, allow_hyphen_values = true)]
+    pub(crate) iso: Vec<Level>,
     /// Mesh where the stored value is one of a list (labels), instead of --iso
     #[arg(long, value_name = "V[,V...]", value_parser = value::list, allow_hyphen_values = true)]
     #[arg(conflicts_with_all = ["iso", "invert"])]
@@ -116,10 +165,10 @@ pub(crate) struct StepsArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct OutputArgs {
-    /// Mesh file (.stl, .ply, .obj), or - for standard output
+    /// Mesh file (.stl, .ply, .obj), a folder for many, or - for standard output
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: Option<PathBuf>,
-    /// File format [default: by the extension; stl for -]
+    /// File format [default: by the extension; stl for - and folders]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<FormatArg>,
     /// Write STL or PLY as text
@@ -139,8 +188,8 @@ pub(crate) struct ReadingArgs {
     /// Volume of a 4-D file, from 1 [default: 1]
     #[arg(long, value_name = "N", help_heading = "Input")]
     pub(crate) volume: Option<usize>,
-    /// DICOM series: its number in `mcubes info`, or its UID [default: the largest]
-    #[arg(long, value_name = "N|UID", help_heading = "Input")]
+    /// DICOM series: its number in `mcubes info`, its UID, or all [default: the largest]
+    #[arg(long, value_name = "N|UID|all", help_heading = "Input")]
     pub(crate) series: Option<String>,
     /// Gaps where DICOM slices are missing: refuse them, or span them [default: refuse]
     #[arg(long, value_name = "GAPS", help_heading = "Input")]

@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::args::CheckArgs;
+use super::report::{failed, grouped, measured};
 use super::term::Term;
 use crate::error::Kind;
 use crate::mesh::{Defects, Topology};
@@ -21,14 +22,19 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Kind> {
                 if !is_ok(&topology) {
                     result = Err(Kind::Internal);
                 }
-                if args.json {
-                    Term::json(&object(path, &topology));
+                let told = if args.json {
+                    Term::json(&object(path, &topology))
                 } else {
-                    Term::text(&text(path, &topology));
-                }
+                    Term::text(&text(path, &topology))
+                };
+                result = told.and(result);
             }
             Err(error) => {
                 Term::error(&error);
+                if args.json {
+                    let input = path.display().to_string();
+                    Term::json(&failed("mcubes-check/1", &input, &(&error).into())).ok();
+                }
                 result = Err(error.kind());
             }
         }
@@ -80,18 +86,18 @@ fn object(path: &Path, topology: &Topology) -> Value {
 fn text(path: &Path, topology: &Topology) -> String {
     let word = |yes: bool| if yes { "yes" } else { "NO" };
     let mut out = format!(
-        "{}: {}\n  closed {}, manifold {}, outward {}\n  {} triangles, {} vertices, {} components, Euler number {}\n  area {:.6e}, volume {:.6e}\n",
+        "{}: {}\n  closed {}, manifold {}, outward {}\n  {} triangles, {} vertices, {} components, Euler number {}\n  area {}, volume {}\n",
         path.display(),
         if is_ok(topology) { "ok" } else { "NOT OK" },
         word(topology.closed),
         word(topology.manifold),
         word(topology.outward),
-        topology.n_triangles,
-        topology.n_vertices,
+        grouped(topology.n_triangles),
+        grouped(topology.n_vertices),
         topology.n_components,
         topology.euler,
-        topology.area,
-        topology.volume,
+        measured(topology.area),
+        measured(topology.volume),
     );
     for (name, n) in named(&topology.defects) {
         if n > 0 {

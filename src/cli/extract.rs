@@ -1,153 +1,276 @@
-//! The main command: one volume to one mesh.
+//! One volume to its meshes, one an iso value: read once, or once more where padding acts.
 
-use std::path::Path;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use super::bar::Bar;
+use super::batch::{Bar, Destination, Found, Gate, Need, Refused, Scan, Target};
 use super::input;
-use super::options::{Extract, Input, Output};
-use super::report::{self, Done};
-use super::term::Term;
+use super::level::{self, Chosen, Level};
+use super::options::Extract;
+use super::report::{Done, Trouble};
 use crate::cancel::Cancel;
-use crate::error::{Error, Kind};
+use crate::error::Error;
 use crate::geom::Place;
-use crate::pipeline::{self, RunError, RunOptions, Side, SurfaceOptions};
-use crate::sink::MeshFile;
-use crate::source::{self, Volume};
-use crate::volume::Note;
+use crate::pipeline::{self, Report, RunError, RunOptions, Side, SurfaceOptions};
+use crate::sink::{Format, MeshFile, Sink, SinkError};
+use crate::source::{self, Volume, is_active};
+use crate::volume::{Meta, Note, StoredType};
 
-/// Meshes, and says what came of it. Gives back whether it was done.
-pub(crate) fn run(options: &Extract, term: Term, cancel: &Cancel) -> Result<(), Kind> {
-    let input = match &options.input {
-        Input::Path(path) => path.display().to_string(),
-        Input::Stdin => "standard input".to_owned(),
+/// Bytes of PLY and OBJ faces that wait in memory.
+const SPOOLED: u64 = 64 << 20;
+
+/// What all scans of a run have in common.
+pub(crate) struct How<'a> {
+    pub(crate) extract: &'a Extract,
+    pub(crate) gate: &'a Gate,
+    pub(crate) cancel: &'a Cancel,
+    pub(crate) progress: &'a Bar,
+}
+
+type Made = Result<Done, Trouble>;
+
+/// Bytes of memory that the meshes of a volume take at once.
+pub(crate) fn memory(meta: &Meta, extract: &Extract, n_meshes: usize, threads: usize) -> u64 {
+    // Slices are decoded, padding taken out, as `f64`.
+    let steps = &extract.steps;
+    let is_wide = meta.series.is_some() || meta.padding.is_some() || steps.are_means();
+    let sample = if is_wide { StoredType::F64 } else { meta.stored }.size();
+    let spooled = if extract.mesh.format == Format::Stl { 0 } else { SPOOLED };
+    let spooled = spooled.min(pipeline::likely_triangles(meta.grid.dims).saturating_mul(8 * 13));
+    let options = RunOptions { threads, ..RunOptions::default() };
+    pipeline::working_bytes(meta.grid.dims, sample, n_meshes, spooled, &options)
+        .saturating_add(steps.held_bytes(meta))
+}
+
+/// What comes of each target, in their order.
+pub(crate) fn meshes(scan: &Scan, targets: &[&Target], how: &How<'_>) -> Vec<Made> {
+    let path = match scan.volume {
+        Found::Stdin => PathBuf::from("standard input"),
+        _ => scan.path.clone(),
     };
-    match mesh(options, term, cancel) {
-        Ok(done) => {
-            for note in &done.notes {
-                term.note(&note.to_string());
-            }
-            term.summary(&done.summary());
-            term.details(&done.details());
-            if options.json {
-                Term::json(&report::done(&input, options, &done));
-            }
-            Ok(())
-        }
+    let all = |error: Error| {
+        let trouble = Trouble::from(error.or_at(&path));
+        targets.iter().map(|_| Err(trouble.clone())).collect()
+    };
+    let volume = match input::open_scan(scan, &how.extract.reading) {
+        Ok(volume) => volume,
         Err(error) => {
-            Term::error(&error);
-            if options.json {
-                Term::json(&report::failed(&input, &error));
-            }
-            Err(error.kind())
+            how.gate.pass();
+            return all(error);
         }
-    }
-}
-
-fn mesh(options: &Extract, term: Term, cancel: &Cancel) -> Result<Done, Error> {
-    let begun = std::time::Instant::now();
-    let source_path = match &options.input {
-        Input::Path(path) => path.as_path(),
-        Input::Stdin => Path::new("standard input"),
     };
-    let (surface, mut notes) = surface(options, source_path, cancel)?;
-    let volume = shaped(options, &surface, source_path, cancel)?;
     let meta = volume.meta.clone();
-    let place = Place::new(&meta.grid, options.space)
-        .map_err(|e| Error::at(source_path, RunError::from(e)))?;
-    let mut file = match &options.output {
-        Output::File(path) => {
-            MeshFile::create(path, &options.mesh).map_err(|e| Error::at(path, e))?
+    let sample_bytes = meta.grid.dims.n_samples().saturating_mul(meta.stored.size() as u64);
+    let memory = |threads| memory(&meta, how.extract, targets.len(), threads);
+    let permit = match how.gate.enter(&Need { sample_bytes, memory: &memory }, how.cancel) {
+        Ok(permit) => permit,
+        Err(Refused::Interrupted) => return all(Error::new(RunError::Interrupted)),
+        Err(Refused::TooLarge { needed, limit }) => {
+            return all(Error::new(RunError::TooLarge { needed, limit }));
         }
-        Output::Stdout => MeshFile::stdout(&options.mesh).map_err(Error::new)?,
     };
-    let bar = Bar::new(term, meta.grid.dims.nz());
-    let run = RunOptions {
-        threads: options.threads,
-        slab_planes: None,
-        cancel: cancel.clone(),
-        progress: Some(&bar),
+    let work = Work {
+        scan,
+        how,
+        path: &path,
+        opened: RefCell::new(Some(volume)),
+        threads: permit.threads,
+        begun: Instant::now(),
     };
-    let surfaces: Vec<(_, &mut dyn crate::sink::Sink)> = vec![(surface, &mut file)];
-    let reports = pipeline::extract(volume, &place, surfaces, &run);
-    bar.finish();
-    let report = match reports {
-        Ok(reports) => reports.into_iter().next(),
-        Err(RunError::IsoNotReached { .. }) => {
-            return Err(not_reached(options, &surface, source_path, cancel));
-        }
-        Err(error @ RunError::Sink(_)) => {
-            return Err(match &options.output {
-                Output::File(path) => Error::at(path, error),
-                Output::Stdout => Error::new(error),
-            });
-        }
-        Err(error) => return Err(Error::at(source_path, error)),
-    };
-    let Some(report) = report else {
-        return Err(Error::new(RunError::Internal("a run without a report")));
-    };
-    file.commit().map_err(|e| match &options.output {
-        Output::File(path) => Error::at(path, e),
-        Output::Stdout => Error::new(e),
-    })?;
-    notes.extend(meta.notes.iter().cloned());
-    notes.extend(report.notes.iter().cloned());
-    if place.epsilon() > Place::COARSE_EPSILON {
-        notes.push(Note::CoarseCoordinates { epsilon: place.epsilon() });
-    }
-    Ok(Done { iso: surface.iso, meta, report, notes, total_seconds: begun.elapsed().as_secs_f64() })
+    work.meshes(&meta, targets)
 }
 
-/// The surface that is meant. Without an iso value the volume is looked at: one of 0 and one other
-/// value has its surface halfway.
-fn surface(
-    options: &Extract,
-    path: &Path,
-    cancel: &Cancel,
-) -> Result<(SurfaceOptions, Vec<Note>), Error> {
-    if options.iso.is_some() || options.mask.is_some() {
-        return Ok((options.surface, Vec::new()));
-    }
-    let volume = input::open(&options.input, &options.reading, cancel)?;
-    let half = options.steps.part(volume).and_then(|part| source::two_values(part, cancel));
-    if cancel.is_raised() {
-        return Err(Error::at(path, RunError::Interrupted));
-    }
-    let half = half.map_err(|e| Error::at(path, e))?;
-    let Some(iso) = half else { return Err(Error::at(path, RunError::NoIso)) };
-    let note = Note::Other(format!("the volume holds two values: meshed at the half, {iso}"));
-    Ok((SurfaceOptions { iso, ..options.surface }, vec![note]))
+/// A target whose iso value is known.
+struct Member<'a> {
+    /// Its place among the targets.
+    at: usize,
+    target: &'a Target,
+    iso: f64,
+    note: Option<Note>,
 }
 
-/// The volume with what was asked of it done to it, and its padding out of the way.
-fn shaped(
-    options: &Extract,
-    surface: &SurfaceOptions,
-    path: &Path,
-    cancel: &Cancel,
-) -> Result<Volume<'static>, Error> {
-    let volume = input::open(&options.input, &options.reading, cancel)?;
-    let volume =
-        options.steps.apply(volume, options.mask.as_deref()).map_err(|e| Error::at(path, e))?;
-    if options.mask.is_some() {
-        return Ok(volume);
-    }
-    Ok(source::pad_out(volume, surface.iso, surface.side == Side::Below))
+struct Work<'a> {
+    scan: &'a Scan,
+    how: &'a How<'a>,
+    path: &'a Path,
+    /// The volume as it was opened, until it is used.
+    opened: RefCell<Option<Volume<'static>>>,
+    threads: usize,
+    begun: Instant,
 }
 
-/// The error, with the range that the values do have, from a second look at the data.
-fn not_reached(options: &Extract, surface: &SurfaceOptions, path: &Path, cancel: &Cancel) -> Error {
-    let iso = surface.iso;
-    let range = match &options.input {
-        Input::Path(_) => shaped(options, surface, path, cancel)
-            .ok()
-            .and_then(|volume| source::survey(volume).ok())
-            .and_then(|survey| survey.range),
-        Input::Stdin => None,
+impl Work<'_> {
+    fn meshes(&self, meta: &Meta, targets: &[&Target]) -> Vec<Made> {
+        let mut made: Vec<(usize, Made)> = Vec::new();
+        // What is read at once. A volume with its padding taken out is another for each iso value.
+        let mut together: Vec<Member<'_>> = Vec::new();
+        let mut apart: Vec<Vec<Member<'_>>> = Vec::new();
+        for (at, target) in targets.iter().enumerate() {
+            match level::resolve(target.level, meta, self.how.cancel, || self.part()) {
+                Ok(Chosen { iso, note }) => {
+                    let member = Member { at, target, iso, note };
+                    if target.level != Level::Labels && is_active(meta, iso, self.is_below()) {
+                        apart.push(vec![member]);
+                    } else {
+                        together.push(member);
+                    }
+                }
+                Err(error) => made.push((at, Err(error.or_at(self.path).into()))),
+            }
+        }
+        for members in apart.into_iter().chain([together]).filter(|m| !m.is_empty()) {
+            let places: Vec<usize> = members.iter().map(|m| m.at).collect();
+            match self.read_once(members) {
+                Ok(results) => made.extend(places.into_iter().zip(results)),
+                Err(error) => {
+                    let trouble = Trouble::from(error.or_at(self.path));
+                    made.extend(places.into_iter().map(|at| (at, Err(trouble.clone()))));
+                }
+            }
+        }
+        made.sort_by_key(|(at, _)| *at);
+        made.into_iter().map(|(_, result)| result).collect()
+    }
+
+    fn is_below(&self) -> bool {
+        self.how.extract.surface.side == Side::Below
+    }
+
+    fn whole(&self) -> Result<Volume<'static>, Error> {
+        match self.opened.take() {
+            Some(volume) => Ok(volume),
+            None => input::open_scan(self.scan, &self.how.extract.reading),
+        }
+    }
+
+    /// The part of the volume that is meshed, as it is looked at for its iso value.
+    fn part(&self) -> Result<Volume<'static>, Error> {
+        self.how.extract.steps.part(self.whole()?).map_err(Error::new)
+    }
+
+    /// The volume with what was asked of it done to it, padding and labels seen to.
+    fn shaped(&self, iso: f64) -> Result<Volume<'static>, Error> {
+        let Extract { steps, mask, .. } = self.how.extract;
+        let volume = steps.apply(self.whole()?, mask.as_deref()).map_err(Error::new)?;
+        Ok(match mask {
+            Some(_) => volume,
+            None => source::pad_out(volume, iso, self.is_below()),
+        })
+    }
+
+    /// Meshes for each member while the volume is read once.
+    fn read_once(&self, members: Vec<Member<'_>>) -> Result<Vec<Made>, Error> {
+        let extract = self.how.extract;
+        let volume = self.shaped(members.first().map_or(0.0, |m| m.iso))?;
+        let meta = volume.meta.clone();
+        let place =
+            Place::new(&meta.grid, extract.space).map_err(|e| Error::new(RunError::from(e)))?;
+        let mut files = members
+            .iter()
+            .map(|m| create(&m.target.output, extract))
+            .collect::<Result<Vec<_>, _>>()?;
+        let surfaces = members.iter().zip(&mut files).map(|(member, file)| {
+            let surface = SurfaceOptions { iso: member.iso, ..extract.surface };
+            (surface, file as &mut dyn Sink)
+        });
+        let options = RunOptions {
+            threads: self.threads,
+            slab_planes: None,
+            cancel: self.how.cancel.clone(),
+            progress: Some(self.how.progress),
+        };
+        let reports = match pipeline::extract(volume, &place, surfaces.collect(), &options) {
+            Ok(reports) => reports.into_iter().map(Some).collect(),
+            Err(RunError::IsoNotReached { .. }) => members.iter().map(|_| None).collect(),
+            Err(error @ RunError::Sink(_)) => return Err(at_output(&members, error)),
+            Err(error) => return Err(Error::new(error)),
+        };
+        let results = members.into_iter().zip(files).zip::<Vec<Option<Report>>>(reports);
+        Ok(results
+            .map(|((member, file), report)| {
+                let made = match report.filter(|report| report.n_triangles > 0) {
+                    Some(report) => self.put(member, file, report, &meta, &place),
+                    None => Err(self.not_reached(member.iso)),
+                };
+                made.map_err(|error| error.or_at(self.path).into())
+            })
+            .collect())
+    }
+
+    /// Gives a mesh its name.
+    fn put(
+        &self,
+        member: Member<'_>,
+        file: MeshFile,
+        report: Report,
+        meta: &Meta,
+        place: &Place,
+    ) -> Result<Done, Error> {
+        let output = member.target.output.clone();
+        file.commit().map_err(|e| at(&output, e))?;
+        let mut notes: Vec<Note> = member.note.into_iter().collect();
+        notes.extend(meta.notes.iter().cloned());
+        notes.extend(report.notes.iter().cloned());
+        if place.epsilon() > Place::COARSE_EPSILON {
+            notes.push(Note::CoarseCoordinates { epsilon: place.epsilon() });
+        }
+        Ok(Done {
+            level: member.target.level,
+            iso: member.iso,
+            output,
+            meta: meta.clone(),
+            report,
+            notes,
+            total_seconds: self.begun.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// The error, with the range that the values do have, from a second look at the data.
+    fn not_reached(&self, iso: f64) -> Error {
+        let range = match self.scan.volume {
+            Found::Stdin => None,
+            _ => self
+                .shaped(iso)
+                .ok()
+                .and_then(|volume| source::survey(volume).ok())
+                .and_then(|survey| survey.range),
+        };
+        let Extract { surface, mask, .. } = self.how.extract;
+        Error::new(match range {
+            Some((_, high)) if mask.is_some() && high <= 0.0 => RunError::NoLabel,
+            _ => RunError::IsoNotReached { iso, range, open: surface.open },
+        })
+    }
+}
+
+/// Starts a mesh file, and the folders that it is to stand in.
+fn create(output: &Destination, extract: &Extract) -> Result<MeshFile, Error> {
+    let file = match output {
+        Destination::Stdout => MeshFile::stdout(&extract.mesh),
+        Destination::File(path) => path
+            .parent()
+            .map_or(Ok(()), std::fs::create_dir_all)
+            .map_err(SinkError::Io)
+            .and_then(|()| MeshFile::create(path, &extract.mesh)),
     };
-    let error = match range {
-        Some((_, high)) if options.mask.is_some() && high <= 0.0 => RunError::NoLabel,
-        _ => RunError::IsoNotReached { iso, range, open: surface.open },
-    };
-    Error::at(path, error)
+    file.map_err(|e| at(output, e))
+}
+
+fn at(output: &Destination, error: impl crate::error::Failure) -> Error {
+    match output {
+        Destination::File(path) => Error::at(path, error),
+        Destination::Stdout => Error::at("standard output", error),
+    }
+}
+
+/// A sink does not say which it is; where there are several their folder is named.
+fn at_output(members: &[Member<'_>], error: RunError) -> Error {
+    match members {
+        [member] => at(&member.target.output, error),
+        _ => match members.first().and_then(|m| m.target.output.path()?.parent()) {
+            Some(folder) => Error::at(folder, error),
+            None => Error::new(error),
+        },
+    }
 }

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::args::InfoArgs;
 use super::input;
-use super::options::{Input, Reading, Usage, reading};
-use super::report::affine;
+use super::options::{Reading, Usage, is_dash, reading};
+use super::report::{affine, failed};
 use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
@@ -28,13 +28,27 @@ struct Listed {
 /// Describes each input in turn.
 pub(crate) fn run(args: &InfoArgs, cancel: &Cancel) -> Result<Result<(), Kind>, Usage> {
     let reading = reading(&args.reading)?;
+    if args.inputs.iter().any(|input| is_dash(input)) {
+        return Err(Usage::new("info reads files, not standard input")
+            .hint("save it to a file first; ./- names a file"));
+    }
     let mut result = Ok(());
     for path in &args.inputs {
         match list(path, &reading, cancel) {
-            Ok(volumes) if args.json => Term::json(&object(path, &volumes)),
-            Ok(volumes) => Term::text(&text(path, &volumes)),
+            Ok(volumes) => {
+                let told = if args.json {
+                    Term::json(&object(path, &volumes))
+                } else {
+                    Term::text(&text(path, &volumes))
+                };
+                result = told.and(result);
+            }
             Err(error) => {
                 Term::error(&error);
+                if args.json {
+                    let input = path.display().to_string();
+                    Term::json(&failed("mcubes-info/1", &input, &(&error).into())).ok();
+                }
                 result = Err(error.kind());
             }
         }
@@ -43,7 +57,6 @@ pub(crate) fn run(args: &InfoArgs, cancel: &Cancel) -> Result<Result<(), Kind>, 
 }
 
 fn list(path: &Path, reading: &Reading, cancel: &Cancel) -> Result<Vec<Listed>, Error> {
-    let input = Input::Path(path.to_owned());
     let is_dicom = reading.raw.is_none()
         && matches!(source::sniff(path)?, Content::Folder | Content::Dicom | Content::Zip);
     if is_dicom && reading.series.is_none() {
@@ -68,7 +81,7 @@ fn list(path: &Path, reading: &Reading, cancel: &Cancel) -> Result<Vec<Listed>, 
             })
             .collect());
     }
-    let volume = input::open(&input, reading, cancel)?;
+    let volume = input::open(path, reading, cancel)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
     let survey = source::survey(volume).map_err(|e| Error::at(path, e))?;
     let metas = if is_dicom || reading.raw.is_some() { vec![meta] } else { source::volumes(path)? };

@@ -1,27 +1,37 @@
 //! Opens what an input turns out to be: NIfTI, DICOM or raw.
 
-use super::options::{Input, Reading};
+use std::path::Path;
+
+use super::batch::{Found, Scan};
+use super::options::Reading;
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::source::{self, Content, OpenOptions, RawInput, Volume, dicom};
-use crate::volume::Note;
 
-/// The volume that is meant.
+/// The volume of a scan.
+pub(crate) fn open_scan(scan: &Scan, reading: &Reading) -> Result<Volume<'static>, Error> {
+    match &scan.volume {
+        Found::Stdin => match &reading.raw {
+            Some(options) => source::open_raw(RawInput::Stdin, options),
+            None => Err(internal("no layout of standard input")),
+        },
+        Found::File => open_file(&scan.path, reading),
+        Found::Series { study, index, is_choice, .. } => {
+            open_series(study, *index, reading, *is_choice)
+        }
+        Found::Broken(_) => Err(internal("a scan that is broken was opened")),
+    }
+}
+
+/// The volume of a path that is meant.
 pub(crate) fn open(
-    input: &Input,
+    path: &Path,
     reading: &Reading,
     cancel: &Cancel,
 ) -> Result<Volume<'static>, Error> {
-    let raw = match input {
-        Input::Path(path) => RawInput::Path(path.clone()),
-        Input::Stdin => RawInput::Stdin,
-    };
-    if let Some(options) = &reading.raw {
-        return source::open_raw(raw, options);
+    if reading.raw.is_some() {
+        return open_file(path, reading);
     }
-    let Input::Path(path) = input else {
-        return Err(Error::new(crate::pipeline::RunError::Internal("no layout of standard input")));
-    };
     match source::sniff(path)? {
         Content::Folder | Content::Dicom | Content::Zip => {
             let options = dicom::ScanOptions { cancel: cancel.clone(), progress: None };
@@ -30,20 +40,34 @@ pub(crate) fn open(
                 Some(selector) => study.choose(selector)?,
                 None => study.default()?,
             };
-            let options = dicom::OpenOptions { span_gaps: reading.span_gaps };
-            let mut volume = study.open(index, &options)?;
-            let others = study.volumes.iter().enumerate().filter(|(i, _)| *i != index);
-            let others: Vec<String> = others.map(|(_, v)| v.title()).collect();
-            if reading.series.is_none() && !others.is_empty() {
-                let chosen =
-                    study.volumes.get(index).map(dicom::Candidate::title).unwrap_or_default();
-                volume.meta.notes.push(Note::Other(format!(
-                    "volume {chosen} is meshed; --series N chooses another: {}",
-                    others.join("; ")
-                )));
-            }
-            Ok(volume)
+            open_series(&study, index, reading, reading.series.is_none())
         }
-        _ => source::open(path, &OpenOptions { volume: reading.volume }),
+        _ => open_file(path, reading),
     }
+}
+
+fn open_file(path: &Path, reading: &Reading) -> Result<Volume<'static>, Error> {
+    match &reading.raw {
+        Some(options) => source::open_raw(RawInput::Path(path.to_owned()), options),
+        None => source::open(path, &OpenOptions { volume: reading.volume }),
+    }
+}
+
+/// A volume of a study; with a note on the others where it was taken without being asked for.
+fn open_series(
+    study: &dicom::Study,
+    index: usize,
+    reading: &Reading,
+    is_choice: bool,
+) -> Result<Volume<'static>, Error> {
+    let options = dicom::OpenOptions { span_gaps: reading.span_gaps };
+    let mut volume = study.open(index, &options)?;
+    if is_choice {
+        volume.meta.notes.extend(study.choice(index));
+    }
+    Ok(volume)
+}
+
+fn internal(what: &'static str) -> Error {
+    Error::new(crate::pipeline::RunError::Internal(what))
 }

@@ -1,11 +1,13 @@
 //! The command line: parses, calls the library, prints.
 
 mod args;
-mod bar;
+mod batch;
 mod check;
+mod config;
 mod extract;
 mod info;
 mod input;
+mod level;
 mod options;
 mod phantom;
 mod report;
@@ -16,7 +18,7 @@ mod value;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::CommandFactory;
 
 use args::{Cli, Command};
 use term::Term;
@@ -25,14 +27,35 @@ use crate::error::Kind;
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match config::parse(std::env::args_os().collect()) {
+        Ok(cli) => cli,
+        Err((error, is_json)) => {
+            Term::error(&error);
+            if is_json {
+                let input = error.path().map_or_else(String::new, |p| p.display().to_string());
+                Term::json(&report::failed("mcubes/1", &input, &error.into())).ok();
+            }
+            return ExitCode::from(2);
+        }
+    };
     let term = Term::new(&cli.common);
     let cancel = signals::cancel_on_signals();
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),
         Some(Command::Phantom(args)) => phantom::run(&args, term, &cancel),
-        None => options::extract(&cli.extract).map(|options| extract::run(&options, term, &cancel)),
+        Some(Command::Completions { shell }) => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "mcubes", &mut script);
+            Ok(Term::text(&String::from_utf8_lossy(&script)))
+        }
+        Some(Command::Man) => {
+            let mut page = Vec::new();
+            // Writing to memory cannot fail.
+            let _ = clap_mangen::Man::new(Cli::command()).render(&mut page);
+            Ok(Term::text(&String::from_utf8_lossy(&page)))
+        }
+        None => options::run(&cli.extract).and_then(|run| batch::run(&run, term, &cancel)),
     };
     match result {
         Ok(Ok(())) => ExitCode::SUCCESS,

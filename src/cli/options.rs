@@ -6,7 +6,11 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::args::{EndianArg, ExtractArgs, FormatArg, GapsArg, OutputArgs, ReadingArgs, SpaceArg};
+use super::args::{
+    EndianArg, ExtractArgs, FormatArg, GapsArg, OutputArgs, ReadingArgs, SpaceArg, SurfaceArgs,
+};
+use super::batch::names::Pattern;
+use super::level::Level;
 use super::steps::Steps;
 use crate::geom::Space;
 use crate::pipeline::{Side, SurfaceOptions};
@@ -22,21 +26,14 @@ pub(crate) struct Usage {
 }
 
 impl Usage {
-    fn new(message: impl Into<String>) -> Self {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
         Self { message: message.into(), hint: None }
     }
 
-    fn hint(mut self, hint: impl Into<String>) -> Self {
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
-}
-
-/// Where samples come from.
-#[derive(Clone, Debug)]
-pub(crate) enum Input {
-    Path(PathBuf),
-    Stdin,
 }
 
 /// Which volume of an input is meant.
@@ -45,47 +42,79 @@ pub(crate) struct Reading {
     /// From 1.
     pub(crate) volume: Option<usize>,
     pub(crate) series: Option<Selector>,
+    /// Each series that is fit to be meshed.
+    pub(crate) all_series: bool,
     pub(crate) span_gaps: bool,
     pub(crate) raw: Option<RawOptions>,
 }
 
-/// Where the mesh goes.
+/// Where the meshes go.
 #[derive(Clone, Debug)]
 pub(crate) enum Output {
+    /// One mesh, in this file.
     File(PathBuf),
+    /// Any number, in this folder, which need not exist yet.
+    Folder(PathBuf),
     Stdout,
 }
 
-/// The main command, understood.
+/// What is made of a volume: all that decides the bytes of its mesh, and nothing else, since
+/// `--resume` compares it.
 #[derive(Clone, Debug)]
 pub(crate) struct Extract {
-    pub(crate) input: Input,
     pub(crate) reading: Reading,
-    /// Where no iso value was given the volume itself says it.
-    pub(crate) iso: Option<f64>,
     /// The stored values that are inside, instead of an iso value.
     pub(crate) mask: Option<Vec<f64>>,
     /// What is done to the volume first.
     pub(crate) steps: Steps,
-    /// The rest of what the surface is.
+    /// The surface, but for its iso value.
     pub(crate) surface: SurfaceOptions,
     pub(crate) space: Space,
     pub(crate) mesh: MeshOptions,
+}
+
+/// The main command, understood.
+#[expect(clippy::struct_excessive_bools, reason = "each is an option of the command line")]
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    pub(crate) inputs: Vec<PathBuf>,
+    pub(crate) extract: Extract,
+    /// A mesh for each.
+    pub(crate) levels: Vec<Level>,
     pub(crate) output: Output,
+    pub(crate) pattern: Option<Pattern>,
+    pub(crate) recursive: bool,
+    pub(crate) resume: bool,
+    pub(crate) is_dry: bool,
+    pub(crate) fail_fast: bool,
+    pub(crate) shard: Option<(usize, usize)>,
     pub(crate) threads: usize,
+    pub(crate) jobs: usize,
+    pub(crate) max_memory: Option<u64>,
     pub(crate) json: bool,
 }
 
 /// Understands the main command.
-pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
+pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     let how = "mcubes INPUT --iso V -o OUT; mcubes --help says more";
-    let Some(input) = args.input.clone() else { return Err(Usage::new("no input").hint(how)) };
-    let reading = reading(&args.reading)?;
-    let (iso, mask) = (args.surface.iso, args.surface.mask.clone());
-    if is_dash(&input) && iso.is_none() && mask.is_none() {
-        return Err(Usage::new("standard input is read once: --iso or --mask is missing"));
+    let inputs = args.inputs.clone();
+    if inputs.is_empty() {
+        return Err(Usage::new("no input").hint(how));
     }
-    let output = output(&args.output, &input)?;
+    let reading = reading(&args.reading)?;
+    let levels = levels(&args.surface);
+    if inputs.iter().any(|input| is_dash(input)) {
+        stdin(&inputs, &reading, &levels)?;
+    }
+    let is_many = inputs.len() > 1
+        || levels.len() > 1
+        || args.batch.recursive
+        || reading.all_series
+        || args.batch.name.is_some();
+    let output = output(args, is_many)?;
+    if args.batch.resume && !matches!(output, Output::Folder(_)) {
+        return Err(Usage::new("--resume keeps its record in an output folder").hint("-o meshes/"));
+    }
     let space = match args.output.space {
         Some(SpaceArg::Ras) | None => Space::Ras,
         Some(SpaceArg::Lps) => Space::Lps,
@@ -94,32 +123,57 @@ pub(crate) fn extract(args: &ExtractArgs) -> Result<Extract, Usage> {
     let format = format(&args.output, &output)?;
     let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let surface =
-        SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(iso.unwrap_or(0.5)) };
-    let input = if is_dash(&input) {
-        if reading.raw.is_none() {
-            return Err(Usage::new("standard input is read as raw samples, --dims is missing")
-                .hint("--dims 512x512x90 --type i16, for example; ./- names a file"));
-        }
-        Input::Stdin
-    } else {
-        Input::Path(input)
-    };
+    let surface = SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(0.5) };
+    let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = threads(args.threads)?;
-    let steps = Steps::new(&args.steps, space);
-    Ok(Extract {
-        input,
-        reading,
-        iso,
-        mask,
-        steps,
-        surface,
-        space,
-        mesh,
+    let jobs = at_least_one("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
+    Ok(Run {
+        inputs,
+        extract: Extract {
+            reading,
+            mask: args.surface.mask.clone(),
+            steps: Steps::new(&args.steps, space),
+            surface,
+            space,
+            mesh,
+        },
+        levels,
         output,
+        pattern,
+        recursive: args.batch.recursive,
+        resume: args.batch.resume,
+        is_dry: args.batch.dry_run,
+        fail_fast: args.batch.fail_fast,
+        shard: args.batch.shard,
         threads,
+        jobs,
+        max_memory: args.batch.max_memory,
         json: args.output.json,
     })
+}
+
+fn levels(args: &SurfaceArgs) -> Vec<Level> {
+    match (&args.mask, args.iso.as_slice()) {
+        (Some(_), _) => vec![Level::Labels],
+        // Where no iso value is given the volume itself says it.
+        (None, []) => vec![Level::Halfway],
+        (None, levels) => levels.to_vec(),
+    }
+}
+
+/// Standard input is one raw volume that is read once.
+fn stdin(inputs: &[PathBuf], reading: &Reading, levels: &[Level]) -> Result<(), Usage> {
+    if inputs.len() > 1 {
+        return Err(Usage::new("standard input goes with no other input"));
+    }
+    if levels.iter().any(|level| matches!(level, Level::Halfway | Level::Auto)) {
+        return Err(Usage::new("standard input is read once: --iso or --mask is missing"));
+    }
+    if reading.raw.is_none() {
+        return Err(Usage::new("standard input is read as raw samples, --dims is missing")
+            .hint("--dims 512x512x90 --type i16, for example; ./- names a file"));
+    }
+    Ok(())
 }
 
 /// Understands which volume is meant, and the layout of a raw one.
@@ -130,18 +184,22 @@ pub(crate) fn reading(args: &ReadingArgs) -> Result<Reading, Usage> {
         Some(text) => match text.parse::<usize>() {
             Ok(0) => return Err(Usage::new("--series counts from 1")),
             Ok(number) => Some(Selector::Number(number)),
+            Err(_) if text == "all" => None,
             Err(_) if text.contains('.') => Some(Selector::Uid(text.to_owned())),
-            Err(_) => return Err(Usage::new(format!("--series {text}: neither number nor UID"))),
+            Err(_) => {
+                return Err(Usage::new(format!("--series {text}: neither number, UID nor all")));
+            }
         },
     };
     let span_gaps = args.gaps == Some(GapsArg::Span);
     let raw = raw(args)?;
-    if raw.is_some() && (volume.is_some() || series.is_some() || args.gaps.is_some()) {
+    if raw.is_some() && (volume.is_some() || args.series.is_some() || args.gaps.is_some()) {
         return Err(Usage::new(
             "--dims says that the input is raw: it has no volumes, series or gaps",
         ));
     }
-    Ok(Reading { volume, series, span_gaps, raw })
+    let all_series = args.series.as_deref() == Some("all");
+    Ok(Reading { volume, series, all_series, span_gaps, raw })
 }
 
 fn raw(args: &ReadingArgs) -> Result<Option<RawOptions>, Usage> {
@@ -174,60 +232,50 @@ fn raw(args: &ReadingArgs) -> Result<Option<RawOptions>, Usage> {
     }
 }
 
-fn output(args: &OutputArgs, input: &Path) -> Result<Output, Usage> {
-    let Some(path) = &args.output else {
+fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
+    let Some(path) = &args.output.output else {
+        if args.batch.dry_run {
+            return Ok(Output::Folder(PathBuf::from(".")));
+        }
         return Err(
             Usage::new("no output: -o is missing").hint("-o mesh.stl, or -o - for standard output")
         );
     };
     if is_dash(path) {
-        if args.json {
+        if args.output.json {
             return Err(Usage::new("--json and -o - both want standard output")
                 .hint("write the mesh to a file"));
         }
+        if is_many {
+            return Err(Usage::new("standard output holds one mesh").hint("-o meshes/"));
+        }
         return Ok(Output::Stdout);
     }
-    writable(path, "mesh.stl")?;
-    if let (Ok(a), Ok(b)) = (input.canonicalize(), path.canonicalize())
-        && a == b
-    {
-        return Err(Usage::new(format!("{}: the output is the input", path.display())));
+    let shown = path.display();
+    let ends_as_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
+    if path.is_dir() || ends_as_folder || is_many && Format::from_path(path).is_none() {
+        // Without the / at its end.
+        let plain = path.components().as_path();
+        if plain.exists() && !plain.is_dir() {
+            return Err(Usage::new(format!("{shown}: is a file, a folder is wanted")));
+        }
+        return Ok(Output::Folder(path.clone()));
     }
-    Ok(Output::File(path.clone()))
-}
-
-/// Looks whether a file could be written at `path`.
-fn writable(path: &Path, example: &str) -> Result<(), Usage> {
-    if path.is_dir() {
-        return Err(Usage::new(format!("{}: the output is a folder", path.display()))
-            .hint(format!("-o {}", path.join(example).display())));
+    if is_many {
+        return Err(Usage::new(format!("{shown}: many meshes need a folder"))
+            .hint(format!("-o {}/", path.with_extension("").display())));
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
         return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
             .hint(format!("mkdir -p {}", folder.display())));
     }
-    Ok(())
-}
-
-/// Understands where a phantom goes.
-pub(crate) fn phantom_output(path: &Path, json: bool) -> Result<Output, Usage> {
-    if is_dash(path) {
-        if json {
-            return Err(Usage::new("--json and -o - both want standard output")
-                .hint("write the volume to a file"));
+    for input in &args.inputs {
+        if is_same_file(input, path) {
+            return Err(Usage::new(format!("{shown}: the output is the input")));
         }
-        return Ok(Output::Stdout);
     }
-    writable(path, "phantom.nii.gz")?;
-    let unzipped = match path.extension() {
-        Some(end) if end.eq_ignore_ascii_case("gz") => path.with_extension(""),
-        _ => path.to_owned(),
-    };
-    if !unzipped.extension().is_some_and(|end| end.eq_ignore_ascii_case("nii")) {
-        return Err(Usage::new(format!("{}: neither .nii nor .nii.gz", path.display())));
-    }
-    Ok(Output::File(path.to_owned()))
+    Ok(Output::File(path.clone()))
 }
 
 /// How many threads: all processors where none are named.
@@ -235,9 +283,14 @@ pub(crate) fn threads(named: Option<usize>) -> Result<usize, Usage> {
     Ok(at_least_one("--threads", named)?.unwrap_or_else(processors))
 }
 
+/// Whether two paths name one file, which exists.
+pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 fn format(args: &OutputArgs, output: &Output) -> Result<Format, Usage> {
     match (args.format, output) {
-        (Some(FormatArg::Stl), _) | (None, Output::Stdout) => Ok(Format::Stl),
+        (Some(FormatArg::Stl), _) | (None, Output::Stdout | Output::Folder(_)) => Ok(Format::Stl),
         (Some(FormatArg::Ply), _) => Ok(Format::Ply),
         (Some(FormatArg::Obj), _) => Ok(Format::Obj),
         (None, Output::File(path)) => Format::from_path(path).ok_or_else(|| {
@@ -255,12 +308,12 @@ fn at_least_one(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage
     if value == Some(0) { Err(Usage::new(format!("{name} must be at least 1"))) } else { Ok(value) }
 }
 
-fn is_dash(path: &Path) -> bool {
+pub(crate) fn is_dash(path: &Path) -> bool {
     path.as_os_str() == OsStr::new("-")
 }
 
 /// The folder that a path lies in; `.` for a bare name.
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
         Some(parent) => parent,

@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::args::PhantomArgs;
-use super::options::{self, Output, Usage};
+use super::options::{self, Usage, folder_of, is_dash};
 use super::report::affine;
 use super::term::Term;
 use crate::cancel::Cancel;
@@ -19,7 +19,7 @@ pub(crate) fn run(
     term: Term,
     cancel: &Cancel,
 ) -> Result<Result<(), Kind>, Usage> {
-    let output = options::phantom_output(&args.output, args.json)?;
+    let path = output(&args.output, args.json)?;
     let threads = options::threads(args.threads)?;
     let phantom = Phantom {
         shape: args.shape,
@@ -29,10 +29,6 @@ pub(crate) fn run(
         seed: args.seed,
         stored: args.stored,
     };
-    let path = match &output {
-        Output::File(path) => Some(path.as_path()),
-        Output::Stdout => None,
-    };
     let begun = Instant::now();
     let made = phantom.write(path, threads, cancel).and_then(|()| {
         let object = done(&phantom, &args.output, begun.elapsed().as_secs_f64());
@@ -41,19 +37,46 @@ pub(crate) fn run(
     match made {
         Ok(object) => {
             term.summary(&summary(&phantom));
-            if args.json {
-                Term::json(&object);
-            }
-            Ok(Ok(()))
+            Ok(if args.json { Term::json(&object) } else { Ok(()) })
         }
         Err(error) => {
             Term::error(&error);
             if args.json {
-                Term::json(&failed(&phantom, &args.output, &error));
+                Term::json(&failed(&phantom, &args.output, &error)).ok();
             }
             Ok(Err(error.kind()))
         }
     }
+}
+
+/// The file to be written, or none for standard output.
+fn output(path: &Path, json: bool) -> Result<Option<&Path>, Usage> {
+    if is_dash(path) {
+        return if json {
+            Err(Usage::new("--json and -o - both want standard output")
+                .hint("write the volume to a file"))
+        } else {
+            Ok(None)
+        };
+    }
+    let shown = path.display();
+    if path.is_dir() {
+        return Err(Usage::new(format!("{shown}: the output is a folder"))
+            .hint(format!("-o {}", path.join("phantom.nii.gz").display())));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
+            .hint(format!("mkdir -p {}", folder.display())));
+    }
+    let unzipped = match path.extension() {
+        Some(end) if end.eq_ignore_ascii_case("gz") => path.with_extension(""),
+        _ => path.to_owned(),
+    };
+    if !unzipped.extension().is_some_and(|end| end.eq_ignore_ascii_case("nii")) {
+        return Err(Usage::new(format!("{shown}: neither .nii nor .nii.gz")));
+    }
+    Ok(Some(path))
 }
 
 fn summary(phantom: &Phantom) -> String {

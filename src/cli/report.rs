@@ -2,15 +2,40 @@
 
 use serde_json::{Value, json};
 
-use super::options::{Extract, Output};
-use crate::error::Error;
-use crate::geom::{Affine, orientation};
+use super::batch::{Destination, Scan, Target};
+use super::level::Level;
+use super::options::Extract;
+use crate::error::{Error, Kind};
+use crate::geom::{Affine, Space, orientation};
 use crate::pipeline::Report;
 use crate::volume::{Meta, Note};
 
+/// What went wrong, as far as it is told: an error that can be told more than once.
+#[derive(Clone, Debug)]
+pub(crate) struct Trouble {
+    pub(crate) kind: Kind,
+    pub(crate) message: String,
+    pub(crate) hint: Option<String>,
+}
+
+impl From<&Error> for Trouble {
+    fn from(error: &Error) -> Self {
+        Self { kind: error.kind(), message: error.to_string(), hint: error.hint() }
+    }
+}
+
+impl From<Error> for Trouble {
+    fn from(error: Error) -> Self {
+        Self::from(&error)
+    }
+}
+
 /// A mesh that was written.
 pub(crate) struct Done {
+    pub(crate) level: Level,
+    /// The real value that it came to.
     pub(crate) iso: f64,
+    pub(crate) output: Destination,
     pub(crate) meta: Meta,
     pub(crate) report: Report,
     pub(crate) notes: Vec<Note>,
@@ -18,11 +43,24 @@ pub(crate) struct Done {
 }
 
 impl Done {
-    pub(crate) fn summary(&self) -> String {
+    pub(crate) fn summary(&self, options: &Extract) -> String {
         let Report { n_vertices, n_triangles, measure, .. } = &self.report;
+        // Voxel coordinates have no unit.
+        let (square, cubic) = match options.space {
+            Space::Voxel => ("", ""),
+            Space::Ras | Space::Lps => (" mm²", " mm³"),
+        };
+        let to = match &self.output {
+            Destination::File(path) => format!("{}: ", path.display()),
+            Destination::Stdout => String::new(),
+        };
         format!(
-            "{n_triangles} triangles, {n_vertices} vertices, area {:.6e}, volume {:.6e}, {:.2} s",
-            measure.area, measure.volume, self.total_seconds
+            "{to}{} triangles, {} vertices, area {}{square}, volume {}{cubic}, {:.2} s",
+            grouped(*n_triangles),
+            grouped(*n_vertices),
+            measured(measure.area),
+            measured(measure.volume),
+            self.total_seconds
         )
     }
 
@@ -38,12 +76,8 @@ impl Done {
 
 /// The object of a mesh that was written.
 pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
-    let Done { iso, meta, report, notes, total_seconds } = done;
+    let Done { level, iso, output, meta, report, notes, total_seconds } = done;
     let measure = &report.measure;
-    let output = match &options.output {
-        Output::File(path) => path.display().to_string(),
-        Output::Stdout => "-".to_owned(),
-    };
     json!({
         "schema": "mcubes/1",
         "status": "ok",
@@ -59,10 +93,13 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "tilt": meta.series.as_ref().map_or(0.0, |s| s.tilt_degrees),
         "gaps": meta.gaps_mm,
         "stored": meta.stored.as_str(),
-        "iso": iso,
+        // Labels have no level.
+        "iso": (*level != Level::Labels).then_some(iso),
+        "asked": asked(*level),
+        "mask": options.mask,
         "method": "cubes",
         "space": options.space.as_str(),
-        "output": output,
+        "output": output.shown(),
         "vertices": report.n_vertices,
         "triangles": report.n_triangles,
         "area": measure.area,
@@ -78,13 +115,30 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
     })
 }
 
-/// The object of a scan that could not be meshed.
-pub(crate) fn failed(input: &str, error: &Error) -> Value {
+/// The iso value in the words it was asked for with; nothing where none was.
+pub(crate) fn asked(level: Level) -> Option<String> {
+    (!matches!(level, Level::Halfway | Level::Labels)).then(|| level.to_string())
+}
+
+/// The object of a mesh that is there already.
+pub(crate) fn skipped(scan: &Scan, target: &Target) -> Value {
     json!({
         "schema": "mcubes/1",
+        "status": "skipped",
+        "input": scan.shown(),
+        "asked": asked(target.level),
+        "output": target.output.shown(),
+    })
+}
+
+/// The object of an input that failed, in the schema of the command.
+pub(crate) fn failed(schema: &str, input: &str, trouble: &Trouble) -> Value {
+    let Trouble { kind, message, hint } = trouble;
+    json!({
+        "schema": schema,
         "status": "failed",
         "input": input,
-        "error": { "kind": error.kind().as_str(), "message": error.to_string(), "hint": error.hint() },
+        "error": { "kind": kind.as_str(), "message": message, "hint": hint },
     })
 }
 
@@ -92,4 +146,29 @@ pub(crate) fn failed(input: &str, error: &Error) -> Value {
 pub(crate) fn affine(affine: &Affine) -> Value {
     let [x, y, z] = affine.rows();
     json!([x, y, z, [0.0, 0.0, 0.0, 1.0]])
+}
+
+/// A count with its thousands set apart: `26 214 400`.
+pub(crate) fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// An area or a volume with as many digits as are of use.
+pub(crate) fn measured(x: f64) -> String {
+    match x.abs() {
+        big if (1e4..1e15).contains(&big) => {
+            let sign = if x < 0.0 { "-" } else { "" };
+            format!("{sign}{}", grouped(big.round() as u64))
+        }
+        middle if (1.0..1e4).contains(&middle) => format!("{x:.2}"),
+        _ => format!("{x:.4e}"),
+    }
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::args::StepsArgs;
 use crate::geom::Space;
 use crate::source::{self, SourceError, Volume, WrapError};
+use crate::volume::Meta;
 
 /// Which samples are read.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,5 +67,24 @@ impl Steps {
             None => part,
         };
         source::downsample(source::blur(marked, self.sigma_mm)?, self.block)
+    }
+
+    /// Whether the samples that are meshed are means, in `f64`.
+    pub(crate) fn are_means(&self) -> bool {
+        self.sigma_mm > 0.0 || self.block != [1; 3]
+    }
+
+    /// Bytes of the planes that the steps hold, about, of a volume that they are to be done to.
+    pub(crate) fn held_bytes(&self, meta: &Meta) -> u64 {
+        let grid = &meta.grid;
+        let plane = (grid.dims.plane_len() as u64).saturating_mul(8);
+        let window = if self.sigma_mm > 0.0 {
+            // As far as the Gaussian reaches on either side.
+            let reach = (4.0 * self.sigma_mm / grid.affine.spacing()[2] + 0.5) as u64;
+            reach.saturating_mul(2).saturating_add(8).min(grid.dims.nz() as u64)
+        } else {
+            u64::from(self.are_means())
+        };
+        window.saturating_mul(plane)
     }
 }

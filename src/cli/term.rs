@@ -7,7 +7,9 @@ use anstyle::{AnsiColor, Style};
 
 use super::args::{CommonArgs, When};
 use super::options::Usage;
-use crate::error::Error;
+use super::report::Trouble;
+use crate::error::{Error, Kind};
+use crate::sink::SinkError;
 
 /// How much is said, and how.
 #[derive(Clone, Copy, Debug)]
@@ -32,9 +34,13 @@ impl Term {
     }
 
     pub(crate) fn error(error: &Error) {
-        Self::say("error", AnsiColor::Red, &error.to_string());
-        if let Some(hint) = error.hint() {
-            Self::say("hint", AnsiColor::Cyan, &hint);
+        Self::trouble(&error.into());
+    }
+
+    pub(crate) fn trouble(trouble: &Trouble) {
+        Self::say("error", AnsiColor::Red, &trouble.message);
+        if let Some(hint) = &trouble.hint {
+            Self::say("hint", AnsiColor::Cyan, hint);
         }
     }
 
@@ -64,15 +70,27 @@ impl Term {
     }
 
     /// One object, one line, flushed.
-    pub(crate) fn json(object: &serde_json::Value) {
+    pub(crate) fn json(object: &serde_json::Value) -> Result<(), Kind> {
         let mut out = std::io::stdout().lock();
-        let _ = writeln!(out, "{object}").and_then(|()| out.flush());
+        Self::told(writeln!(out, "{object}").and_then(|()| out.flush()))
     }
 
     /// Text that was asked for.
-    pub(crate) fn text(text: &str) {
+    pub(crate) fn text(text: &str) -> Result<(), Kind> {
         let mut out = anstream::stdout().lock();
-        let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        Self::told(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+    }
+
+    /// A reader that has closed its pipe wants no more, which is no error.
+    fn told(written: std::io::Result<()>) -> Result<(), Kind> {
+        match written {
+            Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+                let error = Error::at("standard output", SinkError::Io(e));
+                Self::error(&error);
+                Err(error.kind())
+            }
+            _ => Ok(()),
+        }
     }
 
     fn say(word: &str, color: AnsiColor, line: &str) {

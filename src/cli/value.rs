@@ -29,6 +29,35 @@ pub(crate) fn list(text: &str) -> Result<Vec<f64>, String> {
     text.split(',').map(finite).collect()
 }
 
+/// A size in bytes: a whole number, or one with K, M, G or T (powers of 1024).
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let unit = text.get(digits.len()..).unwrap_or_default().to_ascii_uppercase();
+    let shift = match unit.trim_end_matches('B').trim_end_matches('I') {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        "T" => 40,
+        _ => return Err(format!("{text:?} is not a size such as 800M or 4G")),
+    };
+    let number: u64 =
+        digits.parse().map_err(|_| format!("{text:?} is not a size such as 800M or 4G"))?;
+    match number.checked_mul(1 << shift) {
+        Some(n) if n > 0 => Ok(n),
+        _ => Err(format!("{text:?} is not between 1 byte and 16 EiB")),
+    }
+}
+
+/// `I/N`: the I-th of N parts, from 1.
+pub(crate) fn shard(text: &str) -> Result<(usize, usize), String> {
+    let wanted = || format!("{text:?} is not I/N, such as 1/8 to 8/8");
+    let (part, of) = text.split_once('/').ok_or_else(wanted)?;
+    let (part, of) = (part.parse().map_err(|_| wanted())?, of.parse().map_err(|_| wanted())?);
+    if 1 <= part && part <= of { Ok((part, of)) } else { Err(wanted()) }
+}
+
 /// `A:B,C:D,E:F`: three half-open ranges of indices, none of them empty.
 pub(crate) fn index_ranges(text: &str) -> Result<[[usize; 2]; 3], String> {
     three_ranges(text, |part| {
@@ -152,5 +181,24 @@ mod tests {
         assert!(block("0").is_err() && block("1x2").is_err() && block("2.5").is_err());
         assert_eq!((steps("0.5"), steps("1,2,3")), (Ok([0.5; 3]), Ok([1.0, 2.0, 3.0])));
         assert!(not_negative("-1").is_err() && not_negative("NaN").is_err());
+    }
+
+    #[test]
+    fn sizes_have_binary_units() {
+        for (text, bytes) in [("7", 7), ("3k", 3 << 10), ("800M", 800 << 20), ("4GiB", 4 << 30)] {
+            assert_eq!(super::bytes(text), Ok(bytes), "{text}");
+        }
+        for text in ["", "M", "-1", "1.5G", "4X", "0", "99999999999T", "1 G B"] {
+            assert!(super::bytes(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn shards_count_from_one() {
+        assert_eq!(shard("1/1"), Ok((1, 1)));
+        assert_eq!(shard("3/8"), Ok((3, 8)));
+        for text in ["0/3", "4/3", "1", "1/0", "a/b", "-1/2"] {
+            assert!(shard(text).is_err(), "{text}");
+        }
     }
 }

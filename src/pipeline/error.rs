@@ -34,6 +34,17 @@ pub enum RunError {
     /// No iso value was given, and the volume does not say one.
     #[error("the volume is not of 0 and one value above it: an iso value is needed")]
     NoIso,
+    /// All values are the same, so no threshold parts them.
+    #[error("all values are the same: no iso value parts them")]
+    OneValue,
+    /// More memory than the run may take.
+    #[error("about {} needed, the limit is {}", mebibytes(*.needed), mebibytes(*.limit))]
+    TooLarge {
+        /// Bytes that the run is thought to take.
+        needed: u64,
+        /// Bytes that it may take.
+        limit: u64,
+    },
     /// More than a mesh file can count.
     #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]
     TooMany {
@@ -48,6 +59,10 @@ pub enum RunError {
     /// A mistake of the program itself.
     #[error("internal error: {0}")]
     Internal(&'static str),
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{} MiB", bytes.div_ceil(1 << 20))
 }
 
 /// The part of a message that tells the range.
@@ -67,7 +82,10 @@ impl Failure for RunError {
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
             Self::Place(_) => Kind::OutOfRangeSpace,
-            Self::IsoNotReached { .. } | Self::NoLabel | Self::NoIso => Kind::IsoNotReached,
+            Self::IsoNotReached { .. } | Self::NoLabel | Self::NoIso | Self::OneValue => {
+                Kind::IsoNotReached
+            }
+            Self::TooLarge { .. } => Kind::TooLarge,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Interrupted => Kind::Interrupted,
             Self::Internal(_) => Kind::Internal,
@@ -79,6 +97,9 @@ impl Failure for RunError {
             Self::Source(e) => e.hint(),
             Self::Sink(e) => e.hint(),
             Self::Place(_) => Some("--space voxel writes voxel indices instead".to_owned()),
+            Self::TooLarge { .. } => {
+                Some("--max-memory raises the limit, --threads 1 needs less".to_owned())
+            }
             Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
             Self::NoLabel => {
                 Some("--mask goes by stored values; mcubes info FILE shows their range".to_owned())

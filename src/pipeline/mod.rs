@@ -10,6 +10,7 @@
 
 mod dispense;
 mod error;
+mod estimate;
 mod memory;
 mod options;
 mod patches;
@@ -22,6 +23,7 @@ use std::time::Instant;
 
 pub use crate::kernel::Side;
 pub use error::RunError;
+pub use estimate::{likely_triangles, working_bytes};
 pub use memory::{Surface, mesh, mesh_placed};
 pub use options::{Method, Progress, Report, RunOptions, Seconds, SurfaceOptions};
 
@@ -34,10 +36,12 @@ use crate::with_planes;
 use patches::Patches;
 
 /// Meshes one volume for each of the surfaces asked for, reading its planes once. Sinks are
-/// finished but not yet moved to a final name.
+/// finished but not yet moved to a final name. A surface among several that has no triangle is
+/// reported as it is, and its sink left unfinished.
 ///
 /// # Errors
 /// Whatever the source, the kernel or a sink has to say; nothing is finished then.
+/// [`RunError::IsoNotReached`] where none of the surfaces has a triangle.
 pub fn extract(
     volume: Volume<'_>,
     place: &Place,
@@ -46,6 +50,15 @@ pub fn extract(
 ) -> Result<Vec<Report>, RunError> {
     let Volume { meta, planes } = volume;
     with_planes!(planes, planes => extract_typed(&meta, planes, place, surfaces, options))
+}
+
+/// Runs work that shares itself out, such as [`crate::source::dicom::scan`], on so many threads.
+pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
+        Ok(pool) => pool.install(work),
+        // Without threads of its own it runs on those that there are.
+        Err(_) => work(),
+    }
 }
 
 fn extract_typed<T: Classify>(
@@ -63,12 +76,16 @@ fn extract_typed<T: Classify>(
         rules.iter().map(|rule| Kernel::new(dims, place, meta.rescale, rule.rule(), cpu()));
     let outcome = run::run(planes, dims, kernels.zip(&mut outputs).collect(), options)?;
     let mut reports = Vec::new();
-    for ((rule, totals), output) in rules.iter().zip(&outcome.totals).zip(outputs) {
+    if let Some(rule) = rules.first()
+        && outcome.totals.iter().all(|totals| totals.n_triangles == 0)
+    {
+        return Err(RunError::IsoNotReached { iso: rule.iso, range: None, open: rule.open });
+    }
+    for (totals, output) in outcome.totals.iter().zip(outputs) {
         let (sink, measure) = output.into_inner();
-        if totals.n_triangles == 0 {
-            return Err(RunError::IsoNotReached { iso: rule.iso, range: None, open: rule.open });
+        if totals.n_triangles > 0 {
+            sink.finish(totals.n_vertices, totals.n_triangles)?;
         }
-        sink.finish(totals.n_vertices, totals.n_triangles)?;
         let spent = outcome.spent;
         reports.push(Report {
             n_vertices: totals.n_vertices,

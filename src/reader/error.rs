@@ -2,14 +2,17 @@
 
 use std::io;
 
-use crate::error::{Failure, Kind};
+use crate::error::{Failure, Kind, system_words};
 
 /// A mesh reader's failure, without the path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
     /// The system's own error while reading.
-    #[error("cannot be read: {0}")]
+    #[error("{}", match .0.kind() {
+        io::ErrorKind::NotFound => "does not exist".to_owned(),
+        _ => format!("cannot be read: {}", system_words(.0)),
+    })]
     Io(#[from] io::Error),
     /// The path is a folder.
     #[error("is a folder, not a mesh file")]

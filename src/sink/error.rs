@@ -3,14 +3,14 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::error::{Failure, Kind};
+use crate::error::{Failure, Kind, system_words};
 
 /// A writer's failure, without the path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SinkError {
     /// The system's own error while writing.
-    #[error("cannot be written: {0}")]
+    #[error("cannot be written: {}", system_words(.0))]
     Io(#[source] io::Error),
     /// The folder that the file should stand in does not exist.
     #[error("cannot be written: the folder {} does not exist", .0.display())]

@@ -1,6 +1,6 @@
 //! Opening a file whatever its name: the content says what it is.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::input::Input;
 use super::nifti::{self, Nifti, Part};
@@ -65,6 +65,16 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
         Content::Unknown if is_image(path) => Ok(Content::Nifti),
         _ => Ok(content),
     }
+}
+
+/// The files that a volume at `path` is read from: itself, and the other one of a pair.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    let other = match nifti::part_by_name(path) {
+        Some(Part::Image) => nifti::partner(path, Part::Header).ok(),
+        Some(Part::Header) => nifti::partner(path, Part::Image).ok(),
+        None => None,
+    };
+    [Some(path.to_owned()), other].into_iter().flatten().collect()
 }
 
 /// Whether a file is the image of a pair: it has no header of its own, but one beside it.

@@ -1,119 +1,323 @@
 //! The command line, as typed.
 
-use assert_cmd::Command;
-use tempfile::TempDir;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::{Command, Stdio};
 
-use crate::support::repository;
+use serde_json::Value;
 
-fn mcubes() -> Command {
-    let mut command = Command::cargo_bin("mcubes").unwrap();
-    command.env("NO_COLOR", "1").current_dir(repository("."));
-    command
+use super::support::repository;
+use super::support::sandbox::{Sandbox, object, stderr};
+
+fn volume(name: &str) -> String {
+    repository("testdata").join(name).display().to_string()
 }
 
-fn stderr(command: &mut Command, status: i32) -> String {
-    let output = command.output().unwrap();
-    assert_eq!(output.status.code(), Some(status), "{output:?}");
-    assert!(output.stdout.is_empty(), "nothing was asked for");
-    String::from_utf8(output.stderr).unwrap()
+fn plain() -> String {
+    volume("nifti/synth/plain.nii")
 }
 
-const HEAD: &str = "testdata/ct_head.nii.gz";
+fn keys(value: &Value) -> BTreeSet<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
 
 #[test]
-fn wrong_use_is_exit_2_before_any_input_is_opened() {
-    for (arguments, said) in [
-        (&["missing.nii", "--iso", "1"][..], "-o is missing"),
-        (&["missing.nii", "--iso", "1", "-o", "x.xyz"], "unknown extension .xyz"),
-        (&["missing.nii", "--iso", "1", "-o", "nowhere/x.stl"], "no such folder"),
-        (&[HEAD, "--iso", "1", "-o", HEAD, "--format", "stl"], "the output is the input"),
-        (&["missing.nii", "--iso", "nan", "-o", "x.stl"], "not a finite number"),
-        (&["missing.raw", "--iso", "1", "-o", "x.stl", "--dims", "2x2x2"], "--type is missing"),
-        (&["-", "--iso", "1", "-o", "x.stl"], "--dims is missing"),
-        (&[HEAD, "--iso", "1", "-o", "-", "--json"], "both want standard output"),
-        (&[], "no input"),
+fn wrong_use_is_status_2_before_any_input_is_opened() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.0.path().join("in.stl"), "").unwrap();
+    // No input of these exists, save in.stl: a status of 2 shows that none was opened.
+    for (args, said) in [
+        (vec![], "no input"),
+        (vec!["a.nii", "--iso", "300"], "-o is missing"),
+        (vec!["a.nii", "--iso", "nan", "-o", "x.stl"], "not a finite number"),
+        (vec!["a.nii", "--iso", "1e999", "-o", "x.stl"], "not a finite number"),
+        (vec!["a.nii", "--iso", "3", "-o", "x.foo"], "unknown extension .foo"),
+        (vec!["a.nii", "--iso", "3", "-o", "x"], "no extension"),
+        (vec!["a.nii", "--iso", "3", "-o", "no/x.stl"], "no: there is no such folder"),
+        (vec!["a.nii", "b.nii", "--iso", "3", "-o", "x.stl"], "many meshes need a folder"),
+        (vec!["a.nii", "--iso", "3", "--iso", "4", "-o", "x.stl"], "many meshes need a folder"),
+        (vec!["a.nii", "b.nii", "--iso", "3", "-o", "-"], "standard output holds one mesh"),
+        (vec!["a.nii", "-", "--iso", "3", "-o", "x/"], "goes with no other input"),
+        (vec!["a.nii", "--iso", "3", "-o", "in.stl/"], "is a file"),
+        (vec!["a.nii", "--iso", "3", "-o", "x.stl", "--resume"], "--resume keeps its record"),
+        (vec!["a.nii", "--iso", "bones", "-o", "x.stl"], "bone, soft, fat, skin, lung"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--name", "../{stem}"], "below the output folder"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--name", "{name}"], "no field is called {name}"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--shard", "4/3"], "is not I/N"),
+        (vec!["a.nii", "--iso", "3", "-o", "x/", "--max-memory", "lots"], "not a size"),
+        (vec!["a.nii", "--iso", "3", "-o", "no/x/"], "there is no such folder"),
+        (vec!["info", "-"], "info reads files"),
+        (vec!["in.stl", "--iso", "3", "-o", "in.stl"], "the output is the input"),
+        (vec!["in.stl", "--iso", "3", "-o", "./in.stl"], "the output is the input"),
+        (vec!["a.nii", "--iso", "3", "-o", "-", "--json"], "both want standard output"),
+        (vec!["-", "--iso", "3", "-o", "x.stl"], "--dims is missing"),
+        (vec!["-", "--dims", "2x2x2", "--type", "u8", "-o", "x.stl"], "--iso or --mask is missing"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--dims", "2x2x2"], "--type is missing"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--offset", "4"], "--dims is missing"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--dims", "2x0x2"], "at least 1"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--threads", "0"], "must be at least 1"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--volume", "0"], "must be at least 1"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--series", "0"], "counts from 1"),
+        (vec!["a", "--iso", "3", "--mask", "1", "-o", "x.stl"], "cannot be used with"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--frobnicate"], "unexpected argument"),
+        (vec!["info"], "INPUT"),
     ] {
-        let said_so = stderr(mcubes().args(arguments), 2);
-        assert!(said_so.contains(said), "{arguments:?}: {said_so}");
+        let output = sandbox.run(&args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
+        assert!(stderr(&output).starts_with("error: "), "{args:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(said), "{args:?}: {}", stderr(&output));
+        assert!(output.stdout.is_empty(), "{args:?}");
+        assert_eq!(sandbox.files(), ["in.stl"], "{args:?}");
     }
 }
 
 #[test]
-fn a_failure_is_exit_1_in_one_line_and_leaves_no_file() {
-    let folder = TempDir::new().unwrap();
-    let out = folder.path().join("x.stl");
-    for (arguments, said) in [
-        (&["missing.nii", "--iso", "-.5"][..], "missing.nii: does not exist"),
-        (&[HEAD, "--iso", "9999"], "the values are -1024 to 3075"),
-        (&["README.md", "--iso", "1"], "README.md"),
-    ] {
-        let said_so = stderr(mcubes().args(arguments).arg("-o").arg(&out), 1);
-        assert!(said_so.starts_with("error: ") && said_so.contains(said), "{said_so}");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+fn the_report_has_the_documented_keys_and_the_numbers_of_the_file() {
+    let sandbox = Sandbox::new();
+    let head = volume("ct_head.nii.gz");
+    for name in ["skull.ply", "skull.stl"] {
+        let output = sandbox.run(&[&head, "--iso", "300", "-o", name, "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let report = object(&output);
+        let documented = "schema status input format series volume_number modality dims spacing \
+            affine orientation tilt gaps stored iso method space output vertices triangles area \
+            volume bounds seconds notes";
+        for key in documented.split_whitespace() {
+            assert!(keys(&report).contains(key), "{key}");
+        }
+        assert_eq!(keys(&report["seconds"]), BTreeSet::from(["read", "mesh", "write", "total"]));
+        assert_eq!(report["schema"], "mcubes/1");
+        assert_eq!(report["status"], "ok");
+        assert_eq!(report["input"], head);
+        assert_eq!(report["dims"], serde_json::json!([190, 240, 95]));
+        // What nibabel says of it.
+        assert_eq!(report["orientation"], "LPS");
+        // What stands in the file, read back.
+        let mesh = mcubes::reader::read(&sandbox.0.path().join(name)).unwrap().topology();
+        assert!(mesh.closed && mesh.manifold && mesh.outward);
+        assert_eq!(report["triangles"], mesh.n_triangles);
+        assert_eq!(report["vertices"], mesh.n_vertices);
+        for (key, read) in [("area", mesh.area), ("volume", mesh.volume)] {
+            let said = report[key].as_f64().unwrap();
+            assert!((said - read).abs() <= 1e-6 * read, "{key}: {said}, read back {read}");
+        }
     }
 }
 
 #[test]
-fn json_is_one_object_with_the_documented_keys() {
-    let folder = TempDir::new().unwrap();
-    let out = folder.path().join("skull.ply");
-    let output =
-        mcubes().args([HEAD, "--iso", "300", "--json", "-q", "-o"]).arg(&out).output().unwrap();
-    assert!(output.status.success() && output.stderr.is_empty());
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report["schema"], "mcubes/1");
-    assert_eq!(report["status"], "ok");
-    assert_eq!(report["dims"], serde_json::json!([190, 240, 95]));
-    let keys = "series modality spacing affine orientation tilt gaps stored iso method space output \
-                vertices triangles area volume bounds seconds notes format volume_number input";
-    for key in keys.split_whitespace() {
-        assert!(report.get(key).is_some(), "{key}");
-    }
-    let output = mcubes().args(["check", "--json"]).arg(&out).output().unwrap();
-    assert!(output.status.success());
-    let checked: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(checked["ok"], true);
-    assert_eq!(checked["triangles"], report["triangles"]);
-}
-
-#[test]
-fn a_mesh_on_standard_output_is_the_file_and_threads_change_nothing() {
-    let folder = TempDir::new().unwrap();
-    let out = folder.path().join("skull.stl");
-    mcubes().args([HEAD, "--iso", "300", "--threads", "1", "-o"]).arg(&out).assert().success();
-    let file = std::fs::read(&out).unwrap();
-    for threads in ["2", "7"] {
-        let output = mcubes()
-            .args([HEAD, "--iso", "300", "-o", "-", "-q", "--threads", threads])
-            .output()
-            .unwrap();
-        assert!(output.status.success());
-        assert!(output.stdout == file, "{threads} threads");
+fn the_bytes_do_not_depend_on_threads_or_on_where_they_go() {
+    let sandbox = Sandbox::new();
+    for format in ["stl", "ply", "obj"] {
+        let name = format!("mesh.{format}");
+        sandbox.run(&[&plain(), "--iso", "0.5", "-o", &name]);
+        let bytes = sandbox.bytes(&name);
+        assert!(!bytes.is_empty());
+        for threads in ["1", "2", "7"] {
+            let args =
+                [&plain(), "--iso", "0.5", "-o", "-", "--format", format, "--threads", threads];
+            let output = sandbox.run(&args);
+            assert_eq!(output.status.code(), Some(0));
+            assert!(output.stdout == bytes, "{format}, {threads} threads");
+        }
     }
 }
 
 #[test]
-fn an_open_mesh_fails_the_check() {
-    let folder = TempDir::new().unwrap();
-    let out = folder.path().join("open.stl");
-    mcubes().args([HEAD, "--iso", "300", "--open", "-o"]).arg(&out).assert().success();
-    let output = mcubes().arg("check").arg(&out).output().unwrap();
+fn negative_and_bare_fractions_are_iso_values() {
+    let sandbox = Sandbox::new();
+    for iso in ["-200", "-.5", "-1e3", "-0.0", ".5"] {
+        let output = sandbox.run(&[&plain(), "--iso", iso, "-o", "m.stl", "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{iso}: {}", stderr(&output));
+        assert_eq!(object(&output)["iso"].as_f64(), iso.parse().ok(), "{iso}");
+    }
+}
+
+#[test]
+fn an_iso_value_that_nothing_reaches_is_told_with_the_range_and_leaves_no_file() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.run(&[&plain(), "--iso", "99999", "-o", "m.stl", "--json"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8(output.stdout).unwrap().contains("boundary edges"));
+    let report = object(&output);
+    assert_eq!(report["status"], "failed");
+    assert_eq!(report["error"]["kind"], "iso-not-reached");
+    let message = report["error"]["message"].as_str().unwrap();
+    assert!(message.contains("-10000") && message.contains("20000"), "{message}");
+    assert!(sandbox.files().is_empty());
+}
+
+#[test]
+fn what_fails_is_one_line_status_1_and_an_object_of_its_kind() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.0.path().join("text.nii"), "no volume at all\n".repeat(40)).unwrap();
+    for (args, kind) in [
+        (vec!["nope.nii", "--iso", "3", "-o", "x.stl", "--json"], "not-found"),
+        (vec!["text.nii", "--iso", "3", "-o", "x.stl", "--json"], "unknown-format"),
+        (vec!["info", "nope.nii", "--json"], "not-found"),
+        (vec!["check", "nope.stl", "--json"], "not-found"),
+        (vec!["check", "text.nii", "--json"], "unknown-format"),
+    ] {
+        let output = sandbox.run(&args);
+        assert_eq!(output.status.code(), Some(1), "{args:?}");
+        let report = object(&output);
+        assert_eq!(report["status"], "failed", "{args:?}");
+        assert_eq!(report["error"]["kind"], kind, "{args:?}");
+        let text = stderr(&output);
+        assert_eq!(text.lines().filter(|l| l.starts_with("error: ")).count(), 1, "{text}");
+        assert!(
+            text.lines().all(|l| l.starts_with("error: ") || l.starts_with("hint: ")),
+            "{text}"
+        );
+        assert!(!text.contains("os error"), "{text}");
+        assert_eq!(sandbox.files(), ["text.nii"]);
+    }
+}
+
+#[test]
+fn an_open_mesh_does_not_pass_check() {
+    let sandbox = Sandbox::new();
+    let head = volume("ct_head.nii.gz");
+    sandbox.run(&[&head, "--iso", "300", "--open", "-o", "open.ply"]);
+    sandbox.run(&[&head, "--iso", "300", "-o", "closed.ply"]);
+    let output = sandbox.run(&["check", "closed.ply", "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(object(&output)["ok"], true);
+    let output = sandbox.run(&["check", "open.ply", "closed.ply"]);
+    assert_eq!(output.status.code(), Some(1));
+    let output = sandbox.run(&["check", "open.ply", "--json"]);
+    let report = object(&output);
+    assert_eq!(report["closed"], false);
+    assert_eq!(report["manifold"], true, "an open surface is a manifold with boundary");
+    assert!(report["defects"]["boundary_edges"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn quiet_says_nothing_and_colour_only_comes_when_asked_for() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "m.stl", "-q"]);
+    assert!(output.stderr.is_empty() && output.stdout.is_empty());
+    let wrong = ["nope.nii", "--iso", "3", "-o", "x.stl"];
+    assert!(!stderr(&sandbox.run(&wrong)).contains('\u{1b}'));
+    let always = [&wrong[..], &["--color", "always"]].concat();
+    assert!(stderr(&sandbox.run(&always)).contains('\u{1b}'));
+}
+
+#[test]
+fn an_input_called_like_a_command_is_written_with_its_folder() {
+    let sandbox = Sandbox::new();
+    std::fs::copy(plain(), sandbox.0.path().join("info")).unwrap();
+    let output = sandbox.run(&["./info", "--iso", "0.5", "-o", "m.stl"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn info_lists_the_documented_keys() {
+    let sandbox = Sandbox::new();
+    let documented = "number default format dims spacing affine orientation stored slope inter \
+        range modality series_uid description images tilt gaps transfer_syntax suggested notes";
+    for input in ["nifti/synth/plain.nii", "dicom/good-series"] {
+        let output = sandbox.run(&["info", &volume(input), "--json"]);
+        assert_eq!(output.status.code(), Some(0));
+        let report = object(&output);
+        assert_eq!(report["schema"], "mcubes-info/1");
+        let first = &report["volumes"][0];
+        for key in documented.split_whitespace() {
+            assert!(keys(first).contains(key), "{input}: {key}");
+        }
+        // Headers only, for a folder.
+        assert_eq!(first["range"].is_null(), input.starts_with("dicom"), "{input}");
+    }
+}
+
+#[test]
+fn help_fits_a_screen_wide_and_completions_and_manual_know_every_option() {
+    let sandbox = Sandbox::new();
+    let help = String::from_utf8(sandbox.run(&["--help"]).stdout).unwrap();
+    assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    let script = String::from_utf8(sandbox.run(&["completions", "bash"]).stdout).unwrap();
+    let manual = String::from_utf8(sandbox.run(&["man"]).stdout).unwrap();
+    let options = help.split_whitespace().filter(|word| word.starts_with("--"));
+    let options: BTreeSet<&str> = options
+        .map(|word| word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric()))
+        .filter(|word| word.len() > 2)
+        .collect();
+    assert!(options.len() > 15, "{options:?}");
+    for option in options {
+        assert!(script.contains(option), "{option}");
+        assert!(manual.contains(&option.replace('-', "\\-")), "{option}");
+    }
+}
+
+/// A run that is stopped half way leaves its folder as it was.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_the_run_with_status_130_and_leaves_nothing() {
+    use std::io::Write;
+    for signal in ["-INT", "-TERM"] {
+        let sandbox = Sandbox::new();
+        let args = "- --dims 64x64x100000 --type u8 --iso 100 -o m.ply -q";
+        let mut child = sandbox
+            .command(&args.split(' ').collect::<Vec<_>>())
+            .stdin(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        let mut plane = vec![0_u8; 64 * 64];
+        plane[64 * 32 + 32] = 200;
+        let mut asked = false;
+        let status = loop {
+            // Planes go on coming, slowly: far more are promised than will ever be sent.
+            let _ = stdin.write_all(&plane);
+            std::thread::sleep(std::time::Duration::from_millis(1));
+            if !asked && !sandbox.files().is_empty() {
+                let id = child.id().to_string();
+                assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+                asked = true;
+            }
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+        };
+        assert!(asked, "ended before it had begun to write");
+        assert_eq!(status.code(), Some(130), "{signal}");
+        assert!(sandbox.files().is_empty(), "{signal}: {:?}", sandbox.files());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let sandbox = Sandbox::new();
+    let head = volume("ct_head.nii.gz");
+    let mut child = sandbox
+        .command(&[&head, "--iso", "300", "-o", "-", "-q"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn an_existing_output_is_replaced_only_by_a_whole_mesh() {
+    let sandbox = Sandbox::new();
+    let target = sandbox.0.path().join("m.stl");
+    std::fs::write(&target, "kept").unwrap();
+    sandbox.run(&[&plain(), "--iso", "99999", "-o", "m.stl"]);
+    assert_eq!(sandbox.bytes("m.stl"), b"kept");
+    sandbox.run(&[&plain(), "--iso", "0.5", "-o", "m.stl"]);
+    assert!(mcubes::reader::read(Path::new(&target)).is_ok());
+    assert_eq!(sandbox.files(), ["m.stl"]);
 }
 
 #[test]
 fn padding_that_would_be_inside_is_no_surface() {
-    let Some(folder) = crate::support::shared("dicom/synth/padding-high") else { return };
-    let output = TempDir::new().unwrap();
-    let out = output.path().join("x.stl");
-    let report = mcubes()
-        .arg(&folder)
-        .args(["--iso", "300", "--json", "-q", "-o"])
-        .arg(&out)
-        .output()
-        .unwrap();
-    let report: serde_json::Value = serde_json::from_slice(&report.stdout).unwrap();
+    let Some(folder) = super::support::shared("dicom/synth/padding-high") else { return };
+    let sandbox = Sandbox::new();
+    let folder = folder.display().to_string();
+    let report = object(&sandbox.run(&[&folder, "--iso", "300", "--json", "-o", "x.stl"]));
     // Padding fills the corners of the box: a mesh that took it for bone would reach the border.
     let [low, high] =
         [&report["bounds"][0][0], &report["bounds"][1][0]].map(|v| v.as_f64().unwrap());

@@ -8,6 +8,7 @@ pub mod random;
 pub(crate) mod dicom;
 pub mod manifold;
 pub mod oracle;
+pub mod sandbox;
 
 use std::path::{Path, PathBuf};
 

@@ -28,6 +28,7 @@ mod start;
 mod study;
 mod syntax;
 mod tags;
+mod tree;
 mod unpack;
 mod walk;
 
@@ -36,6 +37,7 @@ pub use error::{DicomError, FileFault, Tag};
 pub use scan::{ScanOptions, scan};
 pub use set_aside::{SetAside, What};
 pub use study::{OpenOptions, Selector, Study};
+pub use tree::{Tree, scan_tree};
 
 /// How many bytes of a file [`is_dicom`] wants to see.
 pub const HEAD_BYTES: usize = 132;

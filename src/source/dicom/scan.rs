@@ -73,7 +73,10 @@ fn single(path: &Path, blob: Blob, options: &ScanOptions<'_>) -> Result<Study, E
 }
 
 /// All plain files under a folder, links followed, by name.
-fn in_folder(folder: &Path, options: &ScanOptions<'_>) -> Result<Vec<(Blob, String)>, Error> {
+pub(super) fn in_folder(
+    folder: &Path,
+    options: &ScanOptions<'_>,
+) -> Result<Vec<(Blob, String)>, Error> {
     let mut blobs = Vec::new();
     for entry in walkdir::WalkDir::new(folder).follow_links(true).sort_by_file_name() {
         if options.cancel.is_raised() {
@@ -127,38 +130,50 @@ fn in_archive(path: &Path) -> Result<Vec<(Blob, String)>, Error> {
     Ok(blobs)
 }
 
-/// Reads all headers.
+/// Reads all headers into one study.
 fn read_all(
     path: &Path,
     blobs: Vec<(Blob, String)>,
     options: &ScanOptions<'_>,
 ) -> Result<Study, Error> {
+    sort_out(path, read_headers(path, blobs, options)?)
+}
+
+/// Reads all headers.
+pub(super) fn read_headers(
+    path: &Path,
+    blobs: Vec<(Blob, String)>,
+    options: &ScanOptions<'_>,
+) -> Result<Vec<(String, Scanned)>, Error> {
     let seen = AtomicUsize::new(0);
-    let n_files = blobs.len();
-    let scanned: Vec<(String, Option<Scanned>)> = blobs
+    blobs
         .into_par_iter()
         .map(|(blob, name)| {
             if options.cancel.is_raised() {
-                return (name, None);
+                return Err(Error::at(path, DicomError::Interrupted));
             }
             let scanned = scan_file(blob, name.clone());
             let done = seen.fetch_add(1, Ordering::Relaxed) + 1;
             if let Some(progress) = options.progress {
                 progress(done);
             }
-            (name, Some(scanned))
+            Ok((name, scanned))
         })
-        .collect();
+        .collect()
+}
+
+/// Makes a study of what was read.
+pub(super) fn sort_out(path: &Path, scanned: Vec<(String, Scanned)>) -> Result<Study, Error> {
+    let n_files = scanned.len();
     let (mut instances, mut asides, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, scanned) in scanned {
         match scanned {
-            None => return Err(Error::at(path, DicomError::Interrupted)),
-            Some(Scanned::Image(instance)) => instances.push(*instance),
-            Some(Scanned::Foreign) => set_aside(&mut asides, What::Foreign, None, name),
-            Some(Scanned::Aside { what, series }) => {
+            Scanned::Image(instance) => instances.push(*instance),
+            Scanned::Foreign => set_aside(&mut asides, What::Foreign, None, name),
+            Scanned::Aside { what, series } => {
                 set_aside(&mut asides, what, series, name);
             }
-            Some(Scanned::Broken { series_uid, fault }) => faults.push((name, series_uid, fault)),
+            Scanned::Broken { series_uid, fault } => faults.push((name, series_uid, fault)),
         }
     }
     let only_foreign = asides.iter().all(|a| matches!(a.what, What::Foreign));

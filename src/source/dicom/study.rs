@@ -25,6 +25,8 @@ pub struct Study {
     pub faults: Vec<(String, FileFault)>,
     /// Files looked at.
     pub n_files: usize,
+    /// Faults that no volume here speaks of, one a series, with the number of others in it.
+    strays: Vec<Stray>,
     root: PathBuf,
     instances: Arc<Vec<Instance>>,
 }
@@ -47,6 +49,9 @@ pub struct OpenOptions {
 
 /// A fault, and the series it belongs to where that could be read.
 pub(super) type Fault = (String, Option<String>, FileFault);
+
+/// A fault that stands for those of a whole series, and how many more there are.
+type Stray = (String, FileFault, usize);
 
 impl Study {
     /// Builds the candidates out of what a scan found.
@@ -80,8 +85,10 @@ impl Study {
         note_neighbours(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
+        let strays = strays(&volumes, &faults);
         let faults = faults.into_iter().map(|(name, _, fault)| (name, fault)).collect();
         Self {
+            strays,
             volumes,
             set_aside,
             faults,
@@ -154,6 +161,60 @@ impl Study {
         Ok(Volume { planes: planes::open(pixels, &meta, candidate.uniform), meta })
     }
 
+    /// The volumes that are meshed where all are asked for: those with slices in space, fit or not;
+    /// segmentations only where there is nothing else; where nothing has slices in space all that
+    /// there is. Indices into `volumes`.
+    pub fn all(&self) -> Vec<usize> {
+        let plausible = || self.volumes.iter().enumerate().filter(|(_, v)| v.is_plausible());
+        let images: Vec<usize> =
+            plausible().filter(|(_, v)| !v.is_segmentation).map(|(i, _)| i).collect();
+        if !images.is_empty() {
+            return images;
+        }
+        let segmentations: Vec<usize> = plausible().map(|(i, _)| i).collect();
+        if segmentations.is_empty() { (0..self.volumes.len()).collect() } else { segmentations }
+    }
+
+    /// The errors of files that cannot be used and that no volume here speaks of: one a series, at
+    /// the path of its first file.
+    pub fn stray_faults(&self) -> Vec<Error> {
+        let at = |name: &str| {
+            if self.root.is_dir() { self.root.join(name) } else { self.root.clone() }
+        };
+        self.strays
+            .iter()
+            .map(|(name, fault, more)| match more {
+                0 => Error::at(at(name), fault.clone()),
+                _ => self.file_error(name, fault, *more),
+            })
+            .collect()
+    }
+
+    /// Why a volume would not be opened.
+    pub fn refusal(&self, index: usize, options: &OpenOptions) -> Option<Error> {
+        let problem = self.volumes.get(index)?.obstacle(options.span_gaps)?;
+        Some(self.error(problem.clone()))
+    }
+
+    /// The folder, file or archive that was scanned.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The plain files that a volume is read from, in order and without doubles; the archive where
+    /// it lies in one.
+    pub fn files(&self, index: usize) -> Vec<PathBuf> {
+        let frames = self.volumes.get(index).map(|v| v.frames.as_slice()).unwrap_or_default();
+        let mut files: Vec<PathBuf> = frames
+            .iter()
+            .filter_map(|r| r.get(&self.instances))
+            .map(|(instance, _)| instance.blob.path().unwrap_or(&self.root).to_owned())
+            .collect();
+        files.sort();
+        files.dedup();
+        files
+    }
+
     /// The files of a volume in the order of its slices, relative to the input, each with the
     /// number of its frame, from 0. Slices of a segmentation that no frame is stored for are not
     /// among them.
@@ -211,6 +272,22 @@ fn largest<'a>(of: impl Iterator<Item = (usize, &'a Candidate)>) -> Option<usize
         }
     }
     best.map(|(index, _)| index)
+}
+
+/// The faults of series that have no volume, one a series.
+fn strays(volumes: &[Candidate], faults: &[Fault]) -> Vec<Stray> {
+    let mut strays: Vec<(Option<&String>, Stray)> = Vec::new();
+    for (name, uid, fault) in faults {
+        let uid = uid.as_ref();
+        if uid.is_some_and(|u| volumes.iter().any(|v| v.is_plausible() && v.series.uid == *u)) {
+            continue;
+        }
+        match strays.iter_mut().find(|(other, _)| uid.is_some() && *other == uid) {
+            Some((_, (_, _, more))) => *more += 1,
+            None => strays.push((uid, (name.clone(), fault.clone(), 0))),
+        }
+    }
+    strays.into_iter().map(|(_, stray)| stray).collect()
 }
 
 /// SeriesNumber as a number where it is one; series without come last.

@@ -1,0 +1,303 @@
+//! What the meshes are called: patterns, fields that cannot leave the output folder, no name twice.
+
+use std::collections::HashMap;
+use std::path::{Component, Path, PathBuf};
+
+use super::{Destination, Found, Job, Scan, Target};
+use crate::cli::level::Level;
+use crate::cli::options::{Output, Run, Usage, is_same_file};
+
+/// The most bytes of one name that all file systems take, less what a temporary name adds.
+const MAX_NAME: usize = 200;
+
+/// A name with fields, as typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Pattern(Vec<Piece>);
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Piece {
+    Text(String),
+    Field(Field),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Field {
+    Stem,
+    File,
+    Parent,
+    Series,
+    Modality,
+    Iso,
+    Label,
+}
+
+impl Field {
+    const ALL: [(&'static str, Self); 7] = [
+        ("stem", Self::Stem),
+        ("file", Self::File),
+        ("parent", Self::Parent),
+        ("series", Self::Series),
+        ("modality", Self::Modality),
+        ("iso", Self::Iso),
+        ("label", Self::Label),
+    ];
+}
+
+impl Pattern {
+    /// Understands `{field}` and text around it.
+    pub(crate) fn parse(text: &str) -> Result<Self, Usage> {
+        let wrong = |what: String| {
+            let names: Vec<String> = Field::ALL.iter().map(|(n, _)| format!("{{{n}}}")).collect();
+            Usage::new(format!("--name {text}: {what}"))
+                .hint(format!("fields: {}", names.join(" ")))
+        };
+        let mut pieces = Vec::new();
+        let mut rest = text;
+        while let Some((before, after)) = rest.split_once('{') {
+            let Some((name, after)) = after.split_once('}') else {
+                return Err(wrong("a { without }".to_owned()));
+            };
+            let field = Field::ALL.iter().find(|(n, _)| *n == name).map(|(_, field)| *field);
+            let field = field.ok_or_else(|| wrong(format!("no field is called {{{name}}}")))?;
+            pieces.extend([Piece::Text(before.to_owned()), Piece::Field(field)]);
+            rest = after;
+        }
+        pieces.push(Piece::Text(rest.to_owned()));
+        let leaves = Path::new(text)
+            .components()
+            .any(|c| !matches!(c, Component::Normal(_) | Component::CurDir));
+        if leaves || text.chars().any(|c| c.is_control() || c == '\\') {
+            return Err(wrong("it must stay below the output folder".to_owned()));
+        }
+        if text.trim_matches(['/', '.']).is_empty() {
+            return Err(wrong("it is empty".to_owned()));
+        }
+        Ok(Self(pieces))
+    }
+
+    /// The name below the output folder, without extension.
+    fn name(&self, scan: &Scan, level: Level, labels: &str) -> PathBuf {
+        let mut name = String::new();
+        for piece in &self.0 {
+            match piece {
+                Piece::Text(text) => name.push_str(text),
+                Piece::Field(field) => name.push_str(&scan.field(*field, level, labels)),
+            }
+        }
+        let parts = name.split('/').filter(|part| !part.is_empty() && *part != ".");
+        parts.map(tame).collect()
+    }
+}
+
+impl Scan {
+    fn field(&self, field: Field, level: Level, labels: &str) -> String {
+        match field {
+            Field::Stem => tame(&self.stem()),
+            Field::File => tame(&self.file()),
+            Field::Parent => self.folders().join("/"),
+            Field::Series => self.series().unwrap_or_else(|| "1".to_owned()),
+            Field::Modality => tame(&self.modality().unwrap_or_else(|| "none".to_owned())),
+            Field::Iso => level.to_string(),
+            Field::Label => tame(labels),
+        }
+    }
+
+    /// The folders that `{parent}` stands for: of what was found, those below the input; of what
+    /// was typed, those typed.
+    fn folders(&self) -> Vec<String> {
+        let typed = self.path.parent().unwrap_or(Path::new(""));
+        let folders = if self.parent.as_os_str().is_empty() { typed } else { &self.parent };
+        folders
+            .components()
+            .filter_map(|c| match c {
+                Component::Normal(name) => Some(tame(&name.to_string_lossy())),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn file(&self) -> String {
+        let name = self.path.file_name().map(|n| n.to_string_lossy().into_owned());
+        // `.` and `..` have no name of their own.
+        let name = name.or_else(|| {
+            let whole = self.path.canonicalize().ok()?;
+            Some(whole.file_name()?.to_string_lossy().into_owned())
+        });
+        name.unwrap_or_else(|| "mesh".to_owned())
+    }
+
+    /// The name without what says that it is a volume.
+    fn stem(&self) -> String {
+        let name = self.file();
+        if self.path.is_dir() {
+            return name;
+        }
+        let plain = strip(&name, &["gz"]).unwrap_or(&name);
+        let known = ["nii", "hdr", "img", "raw", "dcm", "dicom", "zip"];
+        strip(plain, &known).unwrap_or(plain).to_owned()
+    }
+
+    /// The number that `--series` knows the volume by.
+    pub(super) fn series(&self) -> Option<String> {
+        match &self.volume {
+            Found::Series { index, .. } => Some((index + 1).to_string()),
+            _ => None,
+        }
+    }
+
+    fn modality(&self) -> Option<String> {
+        match &self.volume {
+            Found::Series { study, index, .. } => study.volumes.get(*index)?.modality.clone(),
+            _ => None,
+        }
+    }
+
+    /// The name where no pattern is given.
+    fn plain_name(&self, level: Level, several_levels: bool) -> PathBuf {
+        let mut name = tame(&self.stem());
+        if let Found::Series { index, among: true, .. } = &self.volume {
+            name = format!("{name}_series{}", index + 1);
+        }
+        if several_levels {
+            name = format!("{name}_iso{level}");
+        }
+        let folders = self.parent.components().filter_map(|c| match c {
+            Component::Normal(name) => Some(tame(&name.to_string_lossy())),
+            _ => None,
+        });
+        folders.chain([tame(&name)]).collect()
+    }
+}
+
+/// The name before an extension that is one of `known`, if anything is left.
+fn strip<'a>(name: &'a str, known: &[&str]) -> Option<&'a str> {
+    let (stem, extension) = name.rsplit_once('.')?;
+    let is_known = known.iter().any(|k| extension.eq_ignore_ascii_case(k));
+    (is_known && !stem.is_empty()).then_some(stem)
+}
+
+/// A file name that every system takes and that names no other folder.
+fn tame(text: &str) -> String {
+    let bad = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
+    let mut name: String = text.chars().map(|c| if bad(c) { '_' } else { c }).collect();
+    while name.len() > MAX_NAME {
+        name.pop();
+    }
+    if name.is_empty() || name.chars().all(|c| c == '.' || c == ' ') {
+        return "_".repeat(name.len().max(1));
+    }
+    name
+}
+
+/// Gives each mesh its place.
+///
+/// # Errors
+/// Two meshes with one name, a mesh that would replace an input.
+pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
+    let labels: Vec<String> = run.extract.mask.iter().flatten().map(ToString::to_string).collect();
+    let labels = labels.join("+");
+    let place = |scan: &Scan, level: Level| match &run.output {
+        Output::Stdout => Destination::Stdout,
+        Output::File(path) => Destination::File(path.clone()),
+        Output::Folder(folder) => {
+            let name = match &run.pattern {
+                Some(pattern) => pattern.name(scan, level, &labels),
+                None => scan.plain_name(level, run.levels.len() > 1),
+            };
+            Destination::File(folder.join(with_extension(name, run.extract.mesh.format.as_str())))
+        }
+    };
+    let jobs: Vec<Job> = scans
+        .into_iter()
+        .map(|scan| {
+            let target = |&level| Target { level, output: place(&scan, level) };
+            Job { targets: run.levels.iter().map(target).collect(), scan }
+        })
+        .collect();
+    refuse_doubles(&jobs)?;
+    Ok(jobs)
+}
+
+/// The name with the format's extension, unless it has it.
+fn with_extension(name: PathBuf, extension: &str) -> PathBuf {
+    if name.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension)) {
+        return name;
+    }
+    let mut name = name.into_os_string();
+    name.push(".");
+    name.push(extension);
+    PathBuf::from(name)
+}
+
+fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
+    let mut taken: HashMap<&Path, &Scan> = HashMap::new();
+    let fit = jobs.iter().filter(|job| !matches!(job.scan.volume, Found::Broken(_)));
+    for job in fit {
+        for target in &job.targets {
+            let Some(path) = target.output.path() else { continue };
+            if is_same_file(&job.scan.path, path) {
+                return Err(Usage::new(format!("{}: the output is the input", path.display())));
+            }
+            let Some(other) = taken.insert(path, &job.scan) else { continue };
+            let (a, b) = (other.shown(), job.scan.shown());
+            let hint = if other.path == job.scan.path {
+                "{series} and {iso} in --name tell the meshes of one input apart"
+            } else {
+                "--name '{parent}/{file}' keeps folders and extensions apart"
+            };
+            let both = if a == b { format!("two meshes of {a}") } else { format!("{a} and {b}") };
+            return Err(Usage::new(format!("{both} would both be {}", path.display())).hint(hint));
+        }
+    }
+    Ok(())
+}
+
+/// Every `of`-th job, beginning with the `part`-th, in an order that depends on the inputs alone.
+pub(super) fn shard(jobs: Vec<Job>, part: usize, of: usize) -> Vec<Job> {
+    let mut keyed: Vec<(PathBuf, String, Job)> = jobs
+        .into_iter()
+        .map(|job| (job.scan.path.clone(), job.scan.series().unwrap_or_default(), job))
+        .collect();
+    keyed.sort_by(|a, b| (&a.0, &a.1).cmp(&(&b.0, &b.1)));
+    let own = |(at, (_, _, job)): (usize, (PathBuf, String, Job))| {
+        (at % of.max(1) + 1 == part).then_some(job)
+    };
+    keyed.into_iter().enumerate().filter_map(own).collect()
+}
+
+/// The folder that must be there for an output folder to be made; the folder itself where it is.
+pub(super) fn folder_above(folder: &Path) -> &Path {
+    if folder.is_dir() {
+        return folder;
+    }
+    match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_names() {
+        assert_eq!(tame("a/../b"), "a_.._b");
+        assert_eq!(tame(".."), "__");
+        assert_eq!(tame(""), "_");
+        assert_eq!(tame("Müller^Ä\n"), "Müller^Ä_");
+        assert!(tame(&"ä".repeat(300)).len() <= MAX_NAME);
+    }
+
+    #[test]
+    fn patterns_are_checked() {
+        for text in ["{stem}", "{parent}/{stem}_{iso}", "a/{modality}/{series}{label}", "./{file}"]
+        {
+            assert!(Pattern::parse(text).is_ok(), "{text}");
+        }
+        for text in ["", "/", ".", "../{stem}", "/{stem}", "{stem", "{nope}", "a/../{stem}", "a\n"]
+        {
+            assert!(Pattern::parse(text).is_err(), "{text:?}");
+        }
+    }
+}

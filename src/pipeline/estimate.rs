@@ -1,0 +1,53 @@
+//! What a run will take, said before it begins: memory, and roughly how many triangles.
+//!
+//! For dividing a machine among runs. Nothing here changes a mesh.
+
+use super::RunOptions;
+use super::plan::Plan;
+use crate::geom::Dims;
+
+/// A run's own part: its threads, its buffers for reading and writing, the counts of a survey.
+const BASE_BYTES: u64 = 8 << 20;
+
+/// Patch and encoded bytes of one slab of one surface, in triangles: twice what a patch may hold.
+const PATCH_TRIANGLES: u64 = 256 << 10;
+
+/// A triangle of a patch: its ids, half a vertex, and 50 bytes of a file.
+const TRIANGLE_BYTES: u64 = 12 + 6 + 50;
+
+/// Bytes that a run takes at most, thought of as all threads at work on slabs of `sample_bytes`
+/// samples whose surfaces fill them: planes, bits and crossings, patches, and `spooled` bytes a
+/// surface that wait in memory for the end of the file.
+pub fn working_bytes(
+    dims: Dims,
+    sample_bytes: usize,
+    n_surfaces: usize,
+    spooled: u64,
+    options: &RunOptions<'_>,
+) -> u64 {
+    let threads = options.threads.max(1);
+    let plan = Plan::new(dims, sample_bytes, threads, options.slab_planes, 1);
+    let plane = dims.plane_len() as u64;
+    let slabs = threads.min(plan.n_slabs()) as u64;
+    let planes = plan.layers(0).len() as u64 + 3;
+    let samples = slabs.saturating_mul(planes).saturating_mul(plane);
+    // One bit a sample, thrice, and an id a crossing on three axes in two planes.
+    let bits = samples / 8 * 3 + slabs * 6 * 4 * plane;
+    let cells = (plane + 1).saturating_mul(plan.layers(0).len() as u64);
+    let per_surface = (bits + slabs * patch_bytes(cells)).saturating_add(spooled);
+    BASE_BYTES
+        .saturating_add(samples.saturating_mul(sample_bytes.max(1) as u64))
+        .saturating_add(per_surface.saturating_mul(n_surfaces as u64))
+}
+
+/// A cell has five triangles at most, but for the few that tunnels add.
+fn patch_bytes(cells: u64) -> u64 {
+    cells.saturating_mul(5).min(PATCH_TRIANGLES) * TRIANGLE_BYTES
+}
+
+/// Triangles that the surface of a body may have: six for each sample of the volume's three faces,
+/// which is what heads and trunks come to within a factor of a few. Noise has far more.
+pub fn likely_triangles(dims: Dims) -> u64 {
+    let [nx, ny, nz] = dims.to_array().map(|n| n as u64);
+    (nx * ny + ny * nz + nz * nx).saturating_mul(6)
+}
