@@ -1,7 +1,7 @@
 //! Meshes one volume in memory, several times, and prints how long it took as one line of JSON.
 //!
 //! ```text
-//! kernel --vol FILE.npy --iso X [--threads N] [--again K] [--dump PREFIX]
+//! kernel --vol FILE.npy --iso X [--method M] [--threads N] [--again K] [--dump PREFIX]
 //! ```
 //!
 //! `FILE.npy` is an array in C order, (z, y, x), of i16, u8, f32 and the like. `--dump` writes the
@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use mcubes::kernel::Classify;
 use mcubes::mesh::Buffer;
-use mcubes::pipeline::{RunOptions, SurfaceOptions};
+use mcubes::pipeline::{Method, RunOptions, SurfaceOptions};
 use ndarray::ArrayView3;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -26,6 +26,13 @@ fn main() -> Result<()> {
         match word.as_str() {
             "--vol" => arguments.volume = value,
             "--iso" => arguments.iso = value.parse()?,
+            "--method" => {
+                arguments.method = match value.as_str() {
+                    "cubes" => Method::Cubes,
+                    "tetrahedra" => Method::Tetrahedra,
+                    other => return Err(format!("{other} is no method").into()),
+                }
+            }
             "--threads" => arguments.threads = value.parse()?,
             "--again" => arguments.again = value.parse()?,
             "--dump" => arguments.dump = Some(value),
@@ -50,6 +57,7 @@ fn main() -> Result<()> {
 struct Arguments {
     volume: String,
     iso: f64,
+    method: Method,
     threads: usize,
     again: usize,
     dump: Option<String>,
@@ -62,7 +70,7 @@ fn run<T: Classify>(npy: &Npy<'_>, arguments: &Arguments) -> Result<()> {
     let bytes = npy.data.get(..n_samples * size_of::<T>()).ok_or("the .npy data are cut short")?;
     bytemuck::cast_slice_mut(&mut samples).copy_from_slice(bytes);
     let volume = ArrayView3::from_shape(npy.shape, &samples)?;
-    let surface = SurfaceOptions::at(arguments.iso);
+    let surface = SurfaceOptions { method: arguments.method, ..SurfaceOptions::at(arguments.iso) };
     let options = RunOptions { threads: arguments.threads.max(1), ..RunOptions::default() };
     let before = status_kib("VmRSS");
     let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());

@@ -138,6 +138,9 @@ pub(crate) struct SurfaceArgs {
     /// Inside is below the iso value
     #[arg(long)]
     pub(crate) invert: bool,
+    /// How cells become triangles: cubes with exact topology, or tetrahedra [default: cubes]
+    #[arg(long, value_name = "METHOD")]
+    pub(crate) method: Option<MethodArg>,
     /// Leave the surface open where it leaves the volume
     #[arg(long)]
     pub(crate) open: bool,
@@ -278,6 +281,12 @@ pub(crate) enum When {
     Auto,
     Always,
     Never,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MethodArg {
+    Cubes,
+    Tetrahedra,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,13 +7,14 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::args::{
-    EndianArg, ExtractArgs, FormatArg, GapsArg, OutputArgs, ReadingArgs, SpaceArg, SurfaceArgs,
+    EndianArg, ExtractArgs, FormatArg, GapsArg, MethodArg, OutputArgs, ReadingArgs, SpaceArg,
+    SurfaceArgs,
 };
 use super::batch::names::Pattern;
 use super::level::Level;
 use super::steps::Steps;
 use crate::geom::Space;
-use crate::pipeline::{Side, SurfaceOptions};
+use crate::pipeline::{Method, Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
 use crate::source::RawOptions;
 use crate::source::dicom::Selector;
@@ -123,7 +124,12 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     let format = format(&args.output, &output)?;
     let mesh = MeshOptions { ascii: args.output.ascii, space, ..MeshOptions::new(format) };
     let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let surface = SurfaceOptions { side, open: args.surface.open, ..SurfaceOptions::at(0.5) };
+    let method = match args.surface.method {
+        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
+        Some(MethodArg::Cubes) | None => Method::Cubes,
+    };
+    let open = args.surface.open;
+    let surface = SurfaceOptions { side, method, open, ..SurfaceOptions::at(0.5) };
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = threads(args.threads)?;
     let jobs = at_least_one("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);

@@ -97,7 +97,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "iso": (*level != Level::Labels).then_some(iso),
         "asked": asked(*level),
         "mask": options.mask,
-        "method": "cubes",
+        "method": options.surface.method.as_str(),
         "space": options.space.as_str(),
         "output": output.shown(),
         "vertices": report.n_vertices,

@@ -10,7 +10,7 @@
 //! ```
 
 use super::bits::BitPlane;
-use super::cases::{Row, Tables};
+use super::cases::Tables;
 use super::layer::Layer;
 
 /// The running ids of a row of cells.
@@ -93,6 +93,8 @@ impl FirstIds {
 /// A cell that a decider has settled: which row of the tables it takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SettledCell {
+    /// How many active cells of its row of cells come before it.
+    pub(super) nth: u32,
     pub(super) row: u16,
     /// Vertices inside the cell.
     pub(super) n_extra: u8,
@@ -112,34 +114,52 @@ pub(super) struct Triangles<'a> {
 
 impl Triangles<'_> {
     /// Writes the ids of all triangles of the layer, three each, to the front of `out`, whose
-    /// length may go beyond: what stands there may be overwritten. `plain` and `mixed` emit a row of
-    /// cells without and with settled ones, and give back how many ids they wrote.
+    /// length may go beyond: what stands there may be overwritten. `plain` emits a run of cells none
+    /// of which is settled, moves the lanes on, and gives back how many ids it wrote; `block` writes
+    /// the first `n` of up to sixteen ids, at a place in the output.
     ///
     /// Inlined into one function an instruction set.
     #[inline(always)]
     pub(super) fn emit_with(
         &self,
         out: &mut [u32],
-        plain: impl Fn(&Tables, Lanes, &[u8], &mut [u32]) -> usize,
-        mixed: impl Fn(&Tables, Lanes, &[u8], &[SettledCell], u32, &mut [u32]) -> usize,
+        plain: impl Fn(&Tables, &mut Lanes, &[u8], &mut [u32]) -> usize,
+        block: impl Fn(&Lanes, [u8; 16], usize, usize, &mut [u32]),
     ) {
         let mut out = out;
         let mut cases = self.layer.cases();
         let mut settled = self.settled;
         let mut extra = self.first.extra;
         for run in &self.layer.rows {
-            let lanes = self.first.lanes(self.planes, self.layer, run.row as usize, self.open);
-            let (row, rest) = cases.split_at(run.n_cells as usize);
-            cases = rest;
-            let n = if run.n_slow == 0 {
-                plain(self.tables, lanes, row, out)
-            } else {
-                let (cells, rest) = settled.split_at(run.n_slow as usize);
-                settled = rest;
-                let n = mixed(self.tables, lanes, row, cells, extra, out);
-                extra += cells.iter().map(|cell| u32::from(cell.n_extra)).sum::<u32>();
-                n
-            };
+            let mut lanes = self.first.lanes(self.planes, self.layer, run.row as usize, self.open);
+            let (row, others) = cases.split_at(run.n_cells as usize);
+            cases = others;
+            let (cells, others) = settled.split_at(run.n_slow as usize);
+            settled = others;
+            let mut done = 0;
+            for cell in cells {
+                let (before, case) = (&row[done..cell.nth as usize], row[cell.nth as usize]);
+                let n = plain(self.tables, &mut lanes, before, out);
+                out = &mut out[n..];
+                if cell.n_extra > 0 {
+                    // Walls or a centre, never both: they may have the same ids.
+                    for (lane, offset) in [(12, 0), (13, 1), (14, 2), (15, 0)] {
+                        lanes[lane] = extra.wrapping_add(offset);
+                    }
+                    extra = extra.wrapping_add(u32::from(cell.n_extra));
+                }
+                let row = &self.tables.rows[usize::from(cell.row)];
+                let n = 3 * usize::from(row.n_triangles);
+                for (&corners, first) in row.lanes.iter().zip([0, 16, 32]) {
+                    if first < n {
+                        block(&lanes, corners, (n - first).min(16), first, out);
+                    }
+                }
+                out = &mut out[n..];
+                advance(&mut lanes, &self.tables.crossed[usize::from(case)]);
+                done = cell.nth as usize + 1;
+            }
+            let n = plain(self.tables, &mut lanes, &row[done..], out);
             out = &mut out[n..];
         }
     }
@@ -147,13 +167,16 @@ impl Triangles<'_> {
     /// The definition of what every instruction set does.
     #[inline(always)]
     pub(super) fn emit_portable(&self, out: &mut [u32]) {
-        self.emit_with(out, plain_row, mixed_row);
+        self.emit_with(out, plain_cells, |lanes, corners, n, at, out| {
+            for (id, lane) in out[at..at + n].iter_mut().zip(corners) {
+                *id = lanes[usize::from(lane & 15)];
+            }
+        });
     }
 }
 
 #[inline(always)]
-fn plain_row(tables: &Tables, lanes: Lanes, cases: &[u8], out: &mut [u32]) -> usize {
-    let mut lanes = lanes;
+fn plain_cells(tables: &Tables, lanes: &mut Lanes, cases: &[u8], out: &mut [u32]) -> usize {
     let mut at = 0;
     for &case in cases {
         let case = usize::from(case);
@@ -162,58 +185,9 @@ fn plain_row(tables: &Tables, lanes: Lanes, cases: &[u8], out: &mut [u32]) -> us
             *id = lanes[usize::from(lane & 15)];
         }
         at += n;
-        advance(&mut lanes, &tables.crossed[case]);
+        advance(lanes, &tables.crossed[case]);
     }
     at
-}
-
-#[inline(always)]
-fn mixed_row(
-    tables: &Tables,
-    lanes: Lanes,
-    cases: &[u8],
-    settled: &[SettledCell],
-    extra: u32,
-    out: &mut [u32],
-) -> usize {
-    let (mut lanes, mut extra, mut settled) = (lanes, extra, settled.iter());
-    let mut at = 0;
-    for &case in cases {
-        let case = usize::from(case);
-        let (n, corners) = match settled_row(tables, case, &mut settled, &mut extra, &mut lanes) {
-            Some(row) => (row.n_triangles, row.lanes.as_flattened()),
-            None => (tables.n_triangles[case], &tables.corners[case][..]),
-        };
-        let n = 3 * usize::from(n);
-        for (id, &lane) in out[at..at + n].iter_mut().zip(corners) {
-            *id = lanes[usize::from(lane & 15)];
-        }
-        at += n;
-        advance(&mut lanes, &tables.crossed[case]);
-    }
-    at
-}
-
-/// The row of a cell that was settled, with the lanes of the vertices inside it set; nothing where
-/// the case alone decides.
-#[inline(always)]
-pub(super) fn settled_row<'a>(
-    tables: &'a Tables,
-    case: usize,
-    settled: &mut std::slice::Iter<'_, SettledCell>,
-    extra: &mut u32,
-    lanes: &mut Lanes,
-) -> Option<&'a Row> {
-    if !tables.needs_settling[case] {
-        return None;
-    }
-    let cell = settled.next()?;
-    // Walls or a centre, never both: they may have the same ids.
-    for (lane, offset) in [(12, 0), (13, 1), (14, 2), (15, 0)] {
-        lanes[lane] = extra.wrapping_add(offset);
-    }
-    *extra += u32::from(cell.n_extra);
-    tables.rows.get(usize::from(cell.row))
 }
 
 #[inline(always)]

@@ -1,6 +1,7 @@
 //! One comparison for all sample types: flip some bits, then compare signed or ordered.
 
 use super::bits::BitPlane;
+use super::tetra::Crossings;
 use super::{Cpu, Cut, simd};
 use crate::volume::Sample;
 
@@ -31,10 +32,10 @@ pub trait Key: bytemuck::Pod + Default + Send + Sync {
     fn fill(cpu: Cpu, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits);
 }
 
-/// A bit plane, opaque outside the kernel.
+/// A bit plane, opaque outside the kernel; where the method wants them, with its diagonals.
 #[doc(hidden)]
 #[derive(Debug)]
-pub struct Bits(pub(super) BitPlane);
+pub struct Bits(pub(super) BitPlane, pub(super) Crossings);
 
 /// A sample is inside where `(sample ^ flip) ≥ at`.
 #[doc(hidden)]

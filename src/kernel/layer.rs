@@ -18,6 +18,8 @@ pub(super) struct RowRun {
 pub(super) struct SlowCell {
     /// Its place in the row, 0 to `nx`; between the samples c - 1 and c.
     pub(super) c: u32,
+    /// How many active cells of the row come before it.
+    pub(super) nth: u32,
     /// Its inside bits.
     pub(super) case: u8,
 }
@@ -248,7 +250,6 @@ pub(super) fn row_cells(
         out.words.push(ActiveWord { q: out.q, w: w as u32 });
         let mut bits = active & mask.word(w);
         let (left, right) = corners;
-        found.n_cells += bits.count_ones() as usize;
         while bits != 0 {
             let t = bits.trailing_zeros();
             bits &= bits - 1;
@@ -266,8 +267,9 @@ pub(super) fn row_cells(
             if count & SLOW == 0 {
                 found.n_triangles += u32::from(count);
             } else {
-                out.slow.push(SlowCell { c: w as u32 * 64 + t, case });
+                out.slow.push(SlowCell { c: w as u32 * 64 + t, nth: found.n_cells as u32, case });
             }
+            found.n_cells += 1;
         }
     }
     found

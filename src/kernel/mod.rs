@@ -28,6 +28,7 @@ mod settled;
 mod simd;
 mod slab;
 mod sound;
+mod tetra;
 mod tunnel;
 mod vertices;
 
@@ -38,6 +39,7 @@ pub use cut::{Cut, Side};
 pub use key::Classify;
 pub use settle::{CellSurface, settle};
 pub use slab::{PatchSlices, Scratch, Slab, Totals};
+pub use tetra::{N_LANES, TetraTables, lane_corners};
 
 use std::ops::Range;
 
@@ -63,8 +65,31 @@ pub struct Kernel<T: Classify> {
     place: Place,
     placing: Placing,
     tables: &'static Tables,
+    /// Where the method is tetrahedra.
+    tetra: Option<&'static TetraTables>,
     counts: Counts,
     cpu: Cpu,
+}
+
+/// How cells become triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Marching cubes: the topology of the trilinear interpolant.
+    #[default]
+    Cubes,
+    /// Marching tetrahedra, six a cell along its main diagonal: the topology of the interpolant
+    /// that is linear in each.
+    Tetrahedra,
+}
+
+impl Method {
+    /// The word on the command line and in reports.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Cubes => "cubes",
+            Self::Tetrahedra => "tetrahedra",
+        }
+    }
 }
 
 /// What a surface is, apart from the volume.
@@ -74,6 +99,8 @@ pub struct Rule {
     pub iso: f64,
     /// The side of it that is inside.
     pub side: Side,
+    /// How cells become triangles.
+    pub method: Method,
     /// Leaves out the cells of the border, and with them the cap.
     pub open: bool,
 }
@@ -85,11 +112,16 @@ impl<T: Classify> Kernel<T> {
         let cut = Cut::<T>::new(rescale, rule.iso, rule.side);
         let has_cells = !rule.open || dims.to_array().into_iter().all(|n| n > 1);
         let tables = Tables::get(place.is_reversed());
+        let tetra =
+            (rule.method == Method::Tetrahedra).then(|| TetraTables::get(place.is_reversed()));
         let mut counts = tables.n_triangles;
         for (count, &slow) in counts.iter_mut().zip(&tables.needs_settling) {
             if slow {
                 *count = SLOW;
             }
+        }
+        if let Some(tetra) = tetra {
+            counts = tetra.n_triangles;
         }
         Self {
             dims,
@@ -105,8 +137,18 @@ impl<T: Classify> Kernel<T> {
             },
             place: place.clone(),
             tables,
+            tetra,
             counts,
             cpu: cpu.at_most_this_processors(),
+        }
+    }
+
+    /// No mesh has more for each cell, the border's included: its edges (those at its lowest corner)
+    /// and vertices inside it, and triangles.
+    pub fn most_a_cell(&self) -> Totals {
+        match self.tetra {
+            Some(_) => Totals { n_vertices: 7, n_triangles: 12 },
+            None => Totals { n_vertices: 6, n_triangles: 16 },
         }
     }
 
@@ -124,6 +166,9 @@ impl<T: Classify> Kernel<T> {
         for (n, s) in slab.layers.clone().enumerate() {
             let (prev, cur, layer) = scratch.layer(n);
             self.classify((s < self.dims.nz()).then_some(s), slab, cur);
+            if self.tetra.is_some() {
+                self.count_diagonals(s, [prev, cur], layer);
+            }
             let planes = [&prev.0, &cur.0];
             let cells = if self.placing.open {
                 Cells::open((nx, ny), s == 0 || s == self.dims.nz())
@@ -142,7 +187,9 @@ impl<T: Classify> Kernel<T> {
                 n_vertices: u64::from(layer.cells.n_z())
                     + settled.extra.len() as u64
                     + u64::from(cur.0.n_x())
-                    + u64::from(cur.0.n_y()),
+                    + u64::from(cur.0.n_y())
+                    + layer.diagonals.total()
+                    + u64::from(cur.1.total()),
                 n_triangles: layer.cells.n_plain_triangles + settled.n_triangles,
             };
             totals.n_vertices += layer.totals.n_vertices;
@@ -167,15 +214,28 @@ impl<T: Classify> Kernel<T> {
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
         let mut first = first_vertex;
         if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
-            let bits = &scratch.bits[part.start - slab.layers.start].0;
-            simd::ghosts(self.cpu, &self.placing, self.plane(k as i64, slab, bits), ghosts);
+            let bits = &scratch.bits[part.start - slab.layers.start];
+            if self.tetra.is_some() {
+                self.tetra_ghosts(k, slab, bits, ghosts);
+            } else {
+                let plane = self.plane(k as i64, slab, &bits.0);
+                simd::ghosts(self.cpu, &self.placing, plane, ghosts);
+            }
         }
         for s in part {
             let n = s - slab.layers.start;
-            let planes = [&scratch.bits[n].0, &scratch.bits[n + 1].0];
+            let bits = [&scratch.bits[n], &scratch.bits[n + 1]];
+            let planes = bits.map(|bits| &bits.0);
             let layer = &scratch.layers[n];
             let (own, rest) = vertices.split_at_mut(layer.totals.n_vertices as usize);
             vertices = rest;
+            if let Some(tables) = self.tetra {
+                self.tetra_layer_vertices(s, slab, bits, layer, own);
+                self.tetra_triangles(tables, bits, layer, first, triangles);
+                triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
+                first = first.wrapping_add(layer.totals.n_vertices as u32);
+                continue;
+            }
             self.layer_vertices(s, slab, planes, layer, own);
 
             let extra = layer.settled.extra.len() as u32;
@@ -193,10 +253,10 @@ impl<T: Classify> Kernel<T> {
         }
     }
 
-    /// X and Y vertices of the plane before a layer: a patch's ghosts.
+    /// Vertices of the plane before a layer: a patch's ghosts.
     pub fn n_ghosts(&self, slab: &Slab<'_, T>, scratch: &Scratch, layer: usize) -> usize {
-        let bits = &scratch.bits[layer - slab.layers.start].0;
-        bits.n_x() as usize + bits.n_y() as usize
+        let Bits(bits, diagonals) = &scratch.bits[layer - slab.layers.start];
+        bits.n_x() as usize + bits.n_y() as usize + diagonals.total() as usize
     }
 
     fn layer_vertices(
@@ -232,6 +292,9 @@ impl<T: Classify> Kernel<T> {
                 T::Key::fill(self.cpu, keys, threshold, self.placing.open, out);
             }
             _ => out.0.clear(),
+        }
+        if self.tetra.is_some() {
+            self.count_plane_diagonals(out);
         }
     }
 }

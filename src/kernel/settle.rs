@@ -41,9 +41,7 @@ pub fn settle(
         let [a, b, c, d] = face_corners(faces.trailing_zeros() as usize);
         let (ac, bd) = ([values[a], values[c]], [values[b], values[d]]);
         let (inside, outside) = if case >> a & 1 == 1 { (ac, bd) } else { (bd, ac) };
-        if joins(inside, outside) {
-            number += bit;
-        }
+        number += bit * u16::from(joins(inside, outside));
         bit <<= 1;
         faces &= faces - 1;
     }

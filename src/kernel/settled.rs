@@ -47,7 +47,8 @@ impl<T: Classify> Kernel<T> {
                     settled.extra.push(place.map(|x| x as f32));
                 }
                 let row = &self.tables.rows[usize::from(surface.row)];
-                settled.cells.push(SettledCell { row: surface.row, n_extra: surface.n_extra });
+                let CellSurface { row: number, n_extra, .. } = surface;
+                settled.cells.push(SettledCell { nth: cell.nth, row: number, n_extra });
                 settled.n_triangles += u64::from(row.n_triangles);
             }
         }
@@ -57,6 +58,19 @@ impl<T: Classify> Kernel<T> {
     /// looks.
     fn corners(&self, samples: [Option<&[T]>; 2], r: usize, c: usize) -> [f64; 8] {
         let (nx, ny) = self.placing.dims;
+        if let [Some(before), Some(after)] = samples
+            && (1..nx).contains(&c)
+            && (1..ny).contains(&r)
+        {
+            let at = (r - 1) * nx + c - 1;
+            let pair = |plane: &[T], at: usize| match plane.get(at..at + 2) {
+                Some(&[left, right]) => [left.to_f64(), right.to_f64()],
+                _ => [f64::NAN; 2],
+            };
+            let [a, b] = [pair(before, at), pair(before, at + nx)];
+            let [c, d] = [pair(after, at), pair(after, at + nx)];
+            return [a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]];
+        }
         std::array::from_fn(|corner| {
             let [x, y, z] = corner_at(corner);
             let (i, j) = ((c + x).wrapping_sub(1), (r + y).wrapping_sub(1));

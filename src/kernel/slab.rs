@@ -6,6 +6,7 @@ use super::bits::BitPlane;
 use super::key::Bits;
 use super::layer::Layer;
 use super::settled::Settled;
+use super::tetra::{Crossings, Diagonals};
 use crate::mesh::{Position, Triangle};
 
 /// Consecutive layers of cells, with the samples of all planes that they touch.
@@ -38,7 +39,7 @@ pub struct Totals {
 /// Where [`super::Kernel::fill`] writes.
 #[derive(Debug)]
 pub struct PatchSlices<'a> {
-    /// Repeats the X and Y vertices of the plane before the first layer, where they are wanted.
+    /// Repeats the vertices of the plane before the first layer, where they are wanted.
     pub ghosts: Option<&'a mut [Position]>,
     /// The vertices of the layers.
     pub vertices: &'a mut [Position],
@@ -62,6 +63,8 @@ pub struct Scratch {
 pub(super) struct LayerScratch {
     pub(super) cells: Layer,
     pub(super) settled: Settled,
+    /// Tetrahedra only.
+    pub(super) diagonals: Diagonals,
     pub(super) totals: Totals,
 }
 
@@ -73,7 +76,7 @@ impl Scratch {
 
     pub(super) fn prepare(&mut self, nx: usize, ny: usize, n_layers: usize) {
         while self.bits.len() < n_layers + 1 {
-            self.bits.push(Bits(BitPlane::new(nx, ny)));
+            self.bits.push(Bits(BitPlane::new(nx, ny), Crossings::default()));
         }
         while self.layers.len() < n_layers {
             self.layers.push(LayerScratch::default());

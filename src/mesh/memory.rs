@@ -8,6 +8,9 @@ use std::ops::{Deref, DerefMut};
 
 use memmap2::{Advice, MmapMut, MmapOptions};
 
+/// Linux lets a mapping begin at a huge page only where its length is a multiple of one.
+const HUGE_PAGE: usize = 2 << 20;
+
 /// A slice that owns its memory.
 #[derive(Debug)]
 pub struct Buffer<T> {
@@ -26,7 +29,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// Address space for `len` items, all zero. Nothing where the system does not give it: the
     /// caller then counts first and takes a [`Buffer::zeroed`].
     pub fn reserve(len: usize) -> Option<Self> {
-        let bytes = len.checked_mul(size_of::<T>())?.max(1);
+        let bytes = len.checked_mul(size_of::<T>())?.max(1).checked_next_multiple_of(HUGE_PAGE)?;
         let mut options = MmapOptions::new();
         options.len(bytes).no_reserve_swap();
         let map = options.map_anon().ok()?;

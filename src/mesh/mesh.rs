@@ -25,11 +25,10 @@ impl Mesh {
     /// The whole mesh as one patch, for an encoder.
     pub fn into_patch(self) -> Patch {
         Patch {
-            first_id: 0,
-            n_ghosts: 0,
             vertices: self.vertices,
             normals: self.normals,
             triangles: self.triangles,
+            ..Patch::default()
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The surface of one slab, or of a part of one.
 
+use super::measure::face_normal;
 use super::{Position, Triangle};
 
 /// Vertices and triangles of consecutive layers, at their final ids. Patches of a surface come in
@@ -20,6 +21,9 @@ pub struct Patch {
     pub normals: Vec<[f32; 3]>,
     /// Counter-clockwise seen from outside; ids in the whole mesh.
     pub triangles: Vec<Triangle>,
+    /// One unit normal a triangle, or empty: left here by [`Measure::of`](super::Measure::of), so
+    /// that they are computed once.
+    pub face_normals: Vec<[f32; 3]>,
 }
 
 impl Patch {
@@ -31,6 +35,14 @@ impl Patch {
     /// The normals of the patch's own vertices; empty where none were asked for.
     pub fn own_normals(&self) -> &[[f32; 3]] {
         self.normals.get(self.n_ghosts..).unwrap_or_default()
+    }
+
+    /// The unit normal of triangle `n`, zero where its corners lie on one line.
+    pub fn face_normal(&self, n: usize) -> [f32; 3] {
+        self.face_normals
+            .get(n)
+            .copied()
+            .unwrap_or_else(|| face_normal(self.corners(self.triangles[n])))
     }
 
     /// The positions of a triangle's corners.

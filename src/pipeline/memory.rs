@@ -84,7 +84,7 @@ fn into_memory<T: Classify>(
     kernel: &Kernel<T>,
     options: &RunOptions<'_>,
 ) -> Result<Surface, RunError> {
-    let most = most_possible(dims);
+    let most = most_possible(dims, kernel.most_a_cell());
     let reserved =
         Buffer::reserve(most.n_vertices as usize).zip(Buffer::reserve(most.n_triangles as usize));
     let (mut vertices, mut triangles) = if let Some(reserved) = reserved {
@@ -108,13 +108,12 @@ fn total(outcome: &Outcome) -> Totals {
     outcome.totals.first().copied().unwrap_or_default()
 }
 
-/// No mesh of a volume of this size has more: three edges and three inner vertices a cell, sixteen
-/// triangles a cell, and never more than the ids allow.
-fn most_possible(dims: Dims) -> Totals {
+/// No mesh of a volume of this size has more, and never more than the ids allow.
+fn most_possible(dims: Dims, a_cell: Totals) -> Totals {
     let cells = dims.to_array().iter().map(|&n| n as u64 + 1).fold(1, u64::saturating_mul);
     Totals {
-        n_vertices: cells.saturating_mul(6).min(MAX_VERTICES),
-        n_triangles: cells.saturating_mul(16).min(MAX_TRIANGLES),
+        n_vertices: cells.saturating_mul(a_cell.n_vertices).min(MAX_VERTICES),
+        n_triangles: cells.saturating_mul(a_cell.n_triangles).min(MAX_TRIANGLES),
     }
 }
 

@@ -21,11 +21,11 @@ mod sequence;
 
 use std::time::Instant;
 
-pub use crate::kernel::Side;
+pub use crate::kernel::{Method, Side};
 pub use error::RunError;
 pub use estimate::{likely_triangles, working_bytes};
 pub use memory::{Surface, mesh, mesh_placed};
-pub use options::{Method, Progress, Report, RunOptions, Seconds, SurfaceOptions};
+pub use options::{Progress, Report, RunOptions, Seconds, SurfaceOptions};
 
 use crate::geom::Place;
 use crate::kernel::{Classify, Kernel, cpu};

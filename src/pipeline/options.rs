@@ -1,19 +1,9 @@
 //! What a run is asked to do, and what it reports.
 
 use crate::cancel::Cancel;
-use crate::kernel::{Rule, Side};
+use crate::kernel::{Method, Rule, Side};
 use crate::mesh::Measure;
 use crate::volume::Note;
-
-/// How cells become triangles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Method {
-    /// Marching cubes.
-    #[default]
-    Cubes,
-    /// Marching tetrahedra: six a cell.
-    Tetrahedra,
-}
 
 /// One surface of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +23,7 @@ pub struct SurfaceOptions {
 impl SurfaceOptions {
     /// What the kernel needs to know of it.
     pub(super) fn rule(&self) -> Rule {
-        Rule { iso: self.iso, side: self.side, open: self.open }
+        Rule { iso: self.iso, side: self.side, method: self.method, open: self.open }
     }
 
     /// The closed surface at `iso`, inside at and above it.

@@ -67,8 +67,7 @@ impl<T: Classify> Output<T> for Patches<'_> {
         let mut begun = Instant::now();
         let (mut part, mut totals) = next_part(&counted, layers.start);
         fill(&counted, part.clone(), totals, first, &mut buffers.patch);
-        let mut measure = Measure::default();
-        measure.add_patch(&buffers.patch);
+        let measure = Measure::of(&mut buffers.patch);
         let is_small = buffers.patch.triangles.len() <= BATCH_TRIANGLES;
         spent.mesh += begun.elapsed();
         begun = Instant::now();
@@ -84,8 +83,7 @@ impl<T: Classify> Output<T> for Patches<'_> {
                 first = first.wrapping_add(totals.n_vertices as u32);
                 (part, totals) = next_part(&counted, part.end);
                 fill(&counted, part.clone(), totals, first, &mut buffers.patch);
-                let mut measure = Measure::default();
-                measure.add_patch(&buffers.patch);
+                let measure = Measure::of(&mut buffers.patch);
                 self.append(*sink, buffers, false)?;
                 sum.merge(&measure);
             }

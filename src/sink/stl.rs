@@ -11,14 +11,10 @@ use super::format::{Layout, MeshOptions};
 use super::text::Line;
 use super::{Encoded, Encoder};
 use crate::geom::Space;
-use crate::geom::vec3::{cross, dot, sub};
-use crate::mesh::{Patch, Position, Triangle};
+use crate::mesh::Patch;
 
 /// Bytes of one binary triangle.
 const RECORD: usize = 50;
-
-/// Triangles that are gathered before they are appended.
-const BATCH: usize = 64;
 
 /// Writes patches as STL.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +31,6 @@ impl StlEncoder {
 
 impl Encoder for StlEncoder {
     fn encode(&self, patch: &Patch, triangles: Range<usize>, out: &mut Encoded) {
-        let triangles = &patch.triangles[triangles];
         if self.ascii {
             text(patch, triangles, &mut out.faces);
         } else {
@@ -71,43 +66,27 @@ impl Layout for StlEncoder {
     }
 }
 
-/// The unit normal of a triangle, computed in `f64` from the corners as they are written; zero
-/// where the corners lie on one line.
-fn normal([a, b, c]: [Position; 3]) -> [f32; 3] {
-    let [a, b, c] = [a, b, c].map(|p| p.map(f64::from));
-    let n = cross(sub(b, a), sub(c, a));
-    let square = dot(n, n);
-    if square > 0.0 && square < f64::INFINITY {
-        let scale = 1.0 / square.sqrt();
-        n.map(|x| (x * scale) as f32)
-    } else {
-        [0.0; 3]
-    }
-}
-
-fn binary(patch: &Patch, triangles: &[Triangle], out: &mut Vec<u8>) {
-    out.reserve(triangles.len() * RECORD);
-    let mut batch = [[0_u8; RECORD]; BATCH];
-    for triangles in triangles.chunks(BATCH) {
-        for (record, &triangle) in batch.iter_mut().zip(triangles) {
-            let corners = patch.corners(triangle);
-            let (numbers, _) = record.as_chunks_mut::<4>();
-            let values = [normal(corners), corners[0], corners[1], corners[2]];
-            for (number, value) in numbers.iter_mut().zip(values.as_flattened()) {
-                *number = value.to_le_bytes();
-            }
+fn binary(patch: &Patch, triangles: Range<usize>, out: &mut Vec<u8>) {
+    let start = out.len();
+    out.resize(start + triangles.len() * RECORD, 0);
+    let (records, _) = out[start..].as_chunks_mut::<RECORD>();
+    for (record, n) in records.iter_mut().zip(triangles) {
+        let [a, b, c] = patch.corners(patch.triangles[n]);
+        let (numbers, _) = record.as_chunks_mut::<4>();
+        for (number, value) in
+            numbers.iter_mut().zip([patch.face_normal(n), a, b, c].as_flattened())
+        {
+            *number = value.to_le_bytes();
         }
-        out.extend_from_slice(batch[..triangles.len()].as_flattened());
     }
 }
 
-fn text(patch: &Patch, triangles: &[Triangle], out: &mut Vec<u8>) {
+fn text(patch: &Patch, triangles: Range<usize>, out: &mut Vec<u8>) {
     let mut line = Line::new();
-    for &triangle in triangles {
-        let corners = patch.corners(triangle);
-        line.word(b"facet normal").floats(normal(corners)).end(out);
+    for n in triangles {
+        line.word(b"facet normal").floats(patch.face_normal(n)).end(out);
         out.extend_from_slice(b"outer loop\n");
-        for corner in corners {
+        for corner in patch.corners(patch.triangles[n]) {
             line.word(b"vertex").floats(corner).end(out);
         }
         out.extend_from_slice(b"endloop\nendfacet\n");

@@ -1,7 +1,7 @@
 //! What happens inside one cell: every class occurs and is told apart, triangles do not cross, and
 //! nothing leaves the cell, whatever the values.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mcubes::kernel::cube::{edge_axis, edge_corners, face_corners, is_ambiguous};
 use mcubes::kernel::{CellSurface, Tables, crossing, settle};
@@ -56,24 +56,59 @@ fn joined(case: u8, values: &[f64; 8]) -> u8 {
     (0..6).filter(|&face| joins(face)).fold(0, |set, face| set | 1 << face)
 }
 
-/// What a cell is up to the cube's 48 symmetries and the exchange of inside and outside.
-fn class(case: u8, joined: u8, tunnel: bool) -> (u8, u8, bool) {
+/// The cube's 48 symmetries: the axis that each axis goes to, and which of those are turned round.
+pub(crate) fn symmetries() -> impl Iterator<Item = ([usize; 3], usize)> {
+    let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    orders.into_iter().flat_map(|order| (0..8).map(move |flips| (order, flips)))
+}
+
+/// Where a symmetry takes a corner.
+pub(crate) fn moved((order, flips): ([usize; 3], usize), corner: usize) -> usize {
+    (0..3).fold(0, |to, axis| to | (corner >> axis & 1) << order[axis]) ^ flips
+}
+
+/// What a cell is up to the cube's 48 symmetries and the exchange of inside and outside: its least
+/// image.
+type Class = (u8, u8, bool);
+
+fn class(case: u8, joined: u8, tunnel: bool) -> Class {
     let ambiguous =
         (0..6).filter(|&face| is_ambiguous(case, face)).fold(0u8, |set, face| set | 1 << face);
     let mut least = (255, 255, tunnel);
-    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
-        for flips in 0..8 {
-            let corner =
-                |c: usize| (0..3).fold(0, |to, axis| to | (c >> axis & 1) << order[axis]) ^ flips;
-            let face = |f: usize| 2 * order[f / 2] + (f & 1 ^ flips >> order[f / 2] & 1);
-            for (case, joined) in [(case, joined), (!case, ambiguous & !joined)] {
-                let case = (0..8).fold(0, |to, c| to | (case >> c & 1) << corner(c));
-                let joined = (0..6).fold(0, |to, f| to | (joined >> f & 1) << face(f));
-                least = least.min((case, joined, tunnel));
-            }
+    for (order, flips) in symmetries() {
+        let corner = |c: usize| moved((order, flips), c);
+        let face = |f: usize| 2 * order[f / 2] + (f & 1 ^ flips >> order[f / 2] & 1);
+        for (case, joined) in [(case, joined), (!case, ambiguous & !joined)] {
+            let case = (0..8).fold(0, |to, c| to | (case >> c & 1) << corner(c));
+            let joined = (0..6).fold(0, |to, f| to | (joined >> f & 1) << face(f));
+            least = least.min((case, joined, tunnel));
         }
     }
     least
+}
+
+/// At least `n` examples of each class that occurs, and of each row of the tables with a tunnel.
+pub(crate) fn examples(random: &mut Random, n: usize) -> BTreeMap<Class, Vec<[f64; 8]>> {
+    let mut classes: BTreeMap<Class, Vec<[f64; 8]>> = BTreeMap::new();
+    let mut rows: BTreeMap<u16, usize> = BTreeMap::new();
+    let mut draws: Vec<u8> = (0..=255).collect::<Vec<u8>>().repeat(2000);
+    // Corners inside and outside by turns: the rarest tunnels.
+    draws.extend([0x69, 0x96].repeat(100_000));
+    for case in draws {
+        let values = values(random, case);
+        let surface = surface(case, &values);
+        let tunnel = surface.row >= 656;
+        let found = rows.entry(surface.row).or_default();
+        *found += 1;
+        if *found > n {
+            continue;
+        }
+        let examples = classes.entry(class(case, joined(case, &values), tunnel)).or_default();
+        if tunnel || examples.len() < n {
+            examples.push(values);
+        }
+    }
+    classes
 }
 
 #[test]

@@ -173,6 +173,17 @@ fn what_fails_is_one_line_status_1_and_an_object_of_its_kind() {
 }
 
 #[test]
+fn tetrahedra_pass_the_check_and_are_named_in_the_report() {
+    let sandbox = Sandbox::new();
+    let words = ["--iso", "300", "--method", "tetrahedra", "--json", "-q", "-o", "skull.ply"];
+    let head = volume("ct_head.nii.gz");
+    let output = sandbox.run(&[&[head.as_str()], &words[..]].concat());
+    let report = object(&output);
+    assert_eq!((&report["status"], &report["method"]), (&"ok".into(), &"tetrahedra".into()));
+    assert_eq!(sandbox.run(&["check", "skull.ply"]).status.code(), Some(0));
+}
+
+#[test]
 fn an_open_mesh_does_not_pass_check() {
     let sandbox = Sandbox::new();
     let head = volume("ct_head.nii.gz");

@@ -3,10 +3,12 @@
 use std::f64::consts::PI;
 
 use mcubes::mesh::Measure;
-use mcubes::pipeline::{RunOptions, SurfaceOptions};
+use mcubes::pipeline::{Method, RunOptions, SurfaceOptions};
 use ndarray::Array3;
 
 type Point = [f64; 3];
+
+const METHODS: [Method; 2] = [Method::Cubes, Method::Tetrahedra];
 
 /// What is measured of a mesh, in the shape's own units.
 #[derive(Debug)]
@@ -17,9 +19,10 @@ struct Found {
     off: f64,
 }
 
-/// Meshes `f` ≥ 0 with `n` steps along the edge of the cube [low, low + edge]³. `distance` is that
+/// Meshes `f` ≥ 0 by a method with `n` steps along the edge of the cube [low, low + edge]³. `distance` is that
 /// of a point from the surface.
 fn found(
+    method: Method,
     (low, edge, n, open): (f64, f64, usize, bool),
     f: impl Fn(Point) -> f64,
     distance: impl Fn(Point) -> f64,
@@ -29,7 +32,7 @@ fn found(
     let volume = Array3::from_shape_fn((n + 1, n + 1, n + 1), |(z, y, x)| {
         f(place([x, y, z].map(|x| x as f64)))
     });
-    let surface = SurfaceOptions { open, ..SurfaceOptions::at(0.0) };
+    let surface = SurfaceOptions { method, open, ..SurfaceOptions::at(0.0) };
     let mesh = mcubes::mesh(volume.view(), &surface, &RunOptions::default()).unwrap();
     let (vertices, triangles) = (mesh.vertices.to_vec(), mesh.triangles.to_vec());
     let mut measure = Measure::default();
@@ -59,8 +62,10 @@ fn a_sphere_converges_with_the_square_of_the_spacing() {
     let distance = |p: Point| 1.0 - p.iter().map(|x| (x - 0.013).powi(2)).sum::<f64>().sqrt();
     // Not the distance itself, which is nearly linear along an edge.
     let f = |p: Point| 1.0 - (1.0 - distance(p)).powi(2);
-    let shapes = [16, 32, 64].map(|n| found((-1.31, 2.62, n, false), f, distance));
-    assert_converges(&shapes, 4.0 * PI, 4.0 / 3.0 * PI, "sphere");
+    for method in METHODS {
+        let shapes = [16, 32, 64].map(|n| found(method, (-1.31, 2.62, n, false), f, distance));
+        assert_converges(&shapes, 4.0 * PI, 4.0 / 3.0 * PI, &format!("sphere, {method:?}"));
+    }
 }
 
 #[test]
@@ -69,9 +74,11 @@ fn a_torus_converges_with_the_square_of_the_spacing() {
     let from_ring = |[x, y, z]: Point| ((x - 0.011).hypot(y + 0.007) - ring).hypot(z - 0.003);
     let distance = |p: Point| tube - from_ring(p);
     let f = |p: Point| tube * tube - from_ring(p).powi(2);
-    let shapes = [24, 48, 96].map(|n| found((-1.31, 2.62, n, false), f, distance));
     let area = 4.0 * PI * PI * ring * tube;
-    assert_converges(&shapes, area, area * tube / 2.0, "torus");
+    for method in METHODS {
+        let shapes = [24, 48, 96].map(|n| found(method, (-1.31, 2.62, n, false), f, distance));
+        assert_converges(&shapes, area, area * tube / 2.0, &format!("torus, {method:?}"));
+    }
 }
 
 #[test]
@@ -86,9 +93,12 @@ fn a_gyroid_converges_with_the_square_of_the_spacing() {
         ];
         f([x, y, z]) / slope.iter().map(|s| s * s).sum::<f64>().sqrt()
     };
-    let shape = |n| found((0.2, 2.0 * PI, n, true), f, distance);
-    let [a, b, c, d] = [12, 24, 48, 96].map(shape);
-    // The area of one period has no formula; that of the steps towards it is enough.
-    assert_quartered([a.area - b.area, b.area - c.area, c.area - d.area].map(f64::abs), "area");
-    assert_quartered([b.off, c.off, d.off], "distance");
+    for method in METHODS {
+        let shape = |n| found(method, (0.2, 2.0 * PI, n, true), f, distance);
+        let [a, b, c, d] = [12, 24, 48, 96].map(shape);
+        // The area of one period has no formula; that of the steps towards it is enough.
+        let steps = [a.area - b.area, b.area - c.area, c.area - d.area].map(f64::abs);
+        assert_quartered(steps, &format!("gyroid, {method:?}: area"));
+        assert_quartered([b.off, c.off, d.off], &format!("gyroid, {method:?}: distance"));
+    }
 }

@@ -26,5 +26,6 @@ mod steps;
 mod surface;
 mod survey;
 mod tables;
+mod tetra;
 mod wrap;
 mod writers;

@@ -2,7 +2,7 @@
 //! bytes however the work is cut.
 
 use mcubes::geom::{Affine, Dims, Grid, Place, Space};
-use mcubes::kernel::{Classify, Cpu, Kernel, PatchSlices, Rule, Scratch, Side, Slab};
+use mcubes::kernel::{Classify, Cpu, Kernel, Method, PatchSlices, Rule, Scratch, Side, Slab};
 use mcubes::mesh::{Position, Triangle};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use mcubes::volume::Rescale;
@@ -11,13 +11,13 @@ use proptest::prelude::*;
 
 use crate::support::manifold::{assert_clean, assert_clean_but_open, enclosed};
 
-type Mesh = (Vec<Position>, Vec<Triangle>);
+pub(crate) type Mesh = (Vec<Position>, Vec<Triangle>);
 
-fn mesh<T: Classify>(volume: ArrayView3<'_, T>, surface: &SurfaceOptions) -> Mesh {
+pub(crate) fn mesh<T: Classify>(volume: ArrayView3<'_, T>, surface: &SurfaceOptions) -> Mesh {
     mesh_by(volume, surface, 1, None)
 }
 
-fn mesh_by<T: Classify>(
+pub(crate) fn mesh_by<T: Classify>(
     volume: ArrayView3<'_, T>,
     surface: &SurfaceOptions,
     threads: usize,
@@ -29,7 +29,7 @@ fn mesh_by<T: Classify>(
 }
 
 /// The whole volume as one slab, by one instruction set.
-fn mesh_on<T: Classify>(volume: ArrayView3<'_, T>, rule: Rule, cpu: Cpu) -> Mesh {
+pub(crate) fn mesh_on<T: Classify>(volume: ArrayView3<'_, T>, rule: Rule, cpu: Cpu) -> Mesh {
     let (nz, ny, nx) = volume.dim();
     let dims = Dims::checked(nx as i64, ny as i64, nz as i64, 8).unwrap();
     let place = Place::new(&Grid::new(dims, Affine::IDENTITY), Space::Voxel).unwrap();
@@ -53,7 +53,7 @@ fn dims() -> impl Strategy<Value = (usize, usize, usize)> {
     (n(), n(), nx)
 }
 
-fn volume<T: Clone + std::fmt::Debug>(
+pub(crate) fn volume<T: Clone + std::fmt::Debug>(
     sample: impl Strategy<Value = T> + Clone,
 ) -> impl Strategy<Value = Array3<T>> {
     dims().prop_flat_map(move |(nz, ny, nx)| {
@@ -62,7 +62,7 @@ fn volume<T: Clone + std::fmt::Debug>(
     })
 }
 
-fn wild_f32() -> impl Strategy<Value = f32> + Clone {
+pub(crate) fn wild_f32() -> impl Strategy<Value = f32> + Clone {
     prop_oneof![
         4 => -1.0f32..1.0,
         1 => Just(0.0f32),
@@ -73,9 +73,9 @@ fn wild_f32() -> impl Strategy<Value = f32> + Clone {
     ]
 }
 
-fn check<T: Classify>(volume: &Array3<T>, inside: impl Fn(T) -> bool) {
+pub(crate) fn check<T: Classify>(volume: &Array3<T>, method: Method, inside: impl Fn(T) -> bool) {
     for side in [Side::AtLeast, Side::Below] {
-        let surface = SurfaceOptions { side, ..SurfaceOptions::at(0.0) };
+        let surface = SurfaceOptions { side, method, ..SurfaceOptions::at(0.0) };
         let (vertices, triangles) = mesh(volume.view(), &surface);
         assert_clean(&vertices, &triangles, "closed");
         let any = volume
@@ -102,12 +102,12 @@ proptest! {
 
     #[test]
     fn noise_is_closed_manifold_and_outward(v in volume(wild_f32())) {
-        check(&v, |x| x >= 0.0);
+        check(&v, Method::Cubes, |x| x >= 0.0);
     }
 
     #[test]
     fn plateaus_at_the_iso_value_are_closed_manifold_and_outward(v in volume(-1i16..=1)) {
-        check(&v, |x| x >= 0);
+        check(&v, Method::Cubes, |x| x >= 0);
     }
 
     #[test]
@@ -119,7 +119,7 @@ proptest! {
         for threads in [1, 2, 7] {
             prop_assert_eq!(&mesh_by(v.view(), &surface, threads, Some(slab)), &expected);
         }
-        let rule = Rule { iso: 0.5, side: Side::AtLeast, open };
+        let rule = Rule { iso: 0.5, side: Side::AtLeast, method: Method::Cubes, open };
         for cpu in [Cpu::Scalar, Cpu::Sse2, Cpu::Avx2, Cpu::Avx512] {
             prop_assert_eq!(&mesh_on(v.view(), rule, cpu), &expected, "{:?}", cpu);
         }
@@ -129,7 +129,7 @@ proptest! {
     fn all_types_are_told_inside_from_outside_by_all_instructions(v in volume(0u8..=255), iso in 0..=255u8) {
         let signed = v.mapv(|x| (x as i8).wrapping_sub(-128));
         for side in [Side::AtLeast, Side::Below] {
-            let rule = |iso: f64| Rule { iso, side, open: false };
+            let rule = |iso: f64| Rule { iso, side, method: Method::Cubes, open: false };
             let expected = mesh_on(v.view(), rule(f64::from(iso)), Cpu::Scalar);
             for cpu in [Cpu::Sse2, Cpu::Avx2, Cpu::Avx512] {
                 let iso = f64::from(iso);
@@ -148,7 +148,7 @@ proptest! {
     #[test]
     fn there_is_one_vertex_for_each_grid_edge_whose_ends_differ(v in volume(-3i16..=3)) {
         let (vertices, _) = mesh(v.view(), &SurfaceOptions::at(0.25));
-        let expected = crossings(&v, 0.25);
+        let expected = crossings(&v, 0.25, &[[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
         // Beside these only vertices inside cells, none of whose coordinates is whole.
         let on_edges: std::collections::HashSet<[u32; 3]> = vertices
             .iter()
@@ -161,9 +161,13 @@ proptest! {
     }
 }
 
-/// Every grid edge of the volume with its border whose ends differ, and the point on it where the
-/// value is reached: the definition, by brute force.
-fn crossings(v: &Array3<i16>, iso: f64) -> std::collections::HashSet<[u32; 3]> {
+/// The points of the volume with its border on edges of the given steps whose ends differ, where
+/// the value is reached: the definition, by brute force.
+pub(crate) fn crossings(
+    v: &Array3<i16>,
+    iso: f64,
+    edges: &[[i64; 3]],
+) -> std::collections::HashSet<[u32; 3]> {
     let (nz, ny, nx) = v.dim();
     let epsilon = 1.0 / 1024.0;
     let at = |p: [i64; 3]| {
@@ -174,9 +178,9 @@ fn crossings(v: &Array3<i16>, iso: f64) -> std::collections::HashSet<[u32; 3]> {
     for z in -1..=nz as i64 {
         for y in -1..=ny as i64 {
             for x in -1..=nx as i64 {
-                for axis in 0..3 {
-                    let (low, mut high) = ([x, y, z], [x, y, z]);
-                    high[axis] += 1;
+                for step in edges {
+                    let low = [x, y, z];
+                    let high = [0, 1, 2].map(|axis| low[axis] + step[axis]);
                     let (a, b) = (at(low), at(high));
                     let inside = |s: Option<f64>| s.is_some_and(|s| s >= iso);
                     if inside(a) == inside(b) {
@@ -187,8 +191,7 @@ fn crossings(v: &Array3<i16>, iso: f64) -> std::collections::HashSet<[u32; 3]> {
                         (None, _) => 1.0 - epsilon,
                         (_, None) => epsilon,
                     };
-                    let mut p = low.map(|x| x as f64);
-                    p[axis] += t;
+                    let p = [0, 1, 2].map(|axis| low[axis] as f64 + t * step[axis] as f64);
                     found.insert(p.map(|x| (x as f32 + 0.0).to_bits()));
                 }
             }

@@ -22,6 +22,7 @@ fn tetrahedron() -> Vec<Patch> {
             vertices: vertices[..3].to_vec(),
             normals: normals[..3].to_vec(),
             triangles: vec![[0, 2, 1]],
+            ..Patch::default()
         },
         Patch::default(),
         Patch {
@@ -30,6 +31,7 @@ fn tetrahedron() -> Vec<Patch> {
             vertices: vertices.to_vec(),
             normals: normals.to_vec(),
             triangles: vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]],
+            ..Patch::default()
         },
     ]
 }

@@ -182,17 +182,19 @@ pub fn digital(field: &Field, finest: usize) -> Option<Betti> {
     [16, 32, 64].into_iter().filter(|&k| k <= finest).find_map(|k| Picture::of(field, k).betti())
 }
 
-/// Points of M on a finer grid, with a border of points that are not.
+/// Points of M on a finer grid, one bit each, with a border of points that are not.
 struct Picture {
     dims: [usize; 3],
-    inside: Vec<bool>,
+    words: usize,
+    rows: Vec<u64>,
 }
 
 impl Picture {
     fn of(field: &Field, k: usize) -> Self {
         let dims = field.dims.map(|n| (n - 1) * k + 3);
         let [nx, ny, nz] = dims;
-        let mut inside = vec![false; nx * ny * nz];
+        let words = nx.div_ceil(64);
+        let mut rows = vec![0; words * ny * nz];
         let place = |i: usize, n: usize| {
             let cell = ((i - 1) / k).min(n - 2);
             (cell, (i - 1 - cell * k) as f64 / k as f64)
@@ -201,17 +203,18 @@ impl Picture {
             let (cz, w) = place(z, field.dims[2]);
             for y in 1..ny - 1 {
                 let (cy, v) = place(y, field.dims[1]);
+                let row = &mut rows[words * (y + ny * z)..][..words];
                 for x in 1..nx - 1 {
                     let (cx, u) = place(x, field.dims[0]);
                     let f = field.cell([cx, cy, cz]);
                     let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
                     let near = mix(mix(f[0], f[1], u), mix(f[2], f[3], u), v);
                     let far = mix(mix(f[4], f[5], u), mix(f[6], f[7], u), v);
-                    inside[x + nx * (y + ny * z)] = mix(near, far, w) >= 0.0;
+                    row[x / 64] |= u64::from(mix(near, far, w) >= 0.0) << (x % 64);
                 }
             }
         }
-        Self { dims, inside }
+        Self { dims, words, rows }
     }
 
     fn betti(&self) -> Option<Betti> {
@@ -228,43 +231,56 @@ impl Picture {
         Some(Betti { b0, b1: b0 + b2 - euler, b2 })
     }
 
+    fn row(&self, y: usize, z: usize) -> &[u64] {
+        &self.rows[self.words * (y + self.dims[1] * z)..][..self.words]
+    }
+
+    /// The runs of points in M, or not in it, in a row: first, and one past the last.
+    fn runs(&self, y: usize, z: usize, what: bool, out: &mut Vec<[usize; 2]>) {
+        let row = self.row(y, z);
+        let is = |x: usize| (row[x / 64] >> (x % 64) & 1 == 1) == what;
+        let mut x = 0;
+        while x < self.dims[0] {
+            let first = x;
+            while x < self.dims[0] && is(x) {
+                x += 1;
+            }
+            if x > first {
+                out.push([first, x]);
+            }
+            x += 1;
+        }
+    }
+
     /// Components of the points in M, or of those not in it, joined along axes, or also across
     /// diagonals.
     fn components(&self, what: bool, corners: bool) -> i64 {
-        let [nx, ny, nz] = self.dims;
-        let mut steps = Vec::new();
-        for dz in -1i64..=1 {
-            for dy in -1i64..=1 {
-                for dx in -1i64..=1 {
-                    let n = dx.abs() + dy.abs() + dz.abs();
-                    let later = (dz, dy, dx) > (0, 0, 0);
-                    if later && (corners || n == 1) {
-                        steps.push([dx, dy, dz]);
-                    }
-                }
-            }
+        let [_, ny, nz] = self.dims;
+        let mut runs = Vec::new();
+        let mut first = Vec::new();
+        for row in 0..ny * nz {
+            first.push(runs.len());
+            self.runs(row % ny, row / ny, what, &mut runs);
         }
-        let mut parent: Vec<u32> = (0..self.inside.len() as u32).collect();
-        let mut n = 0;
+        first.push(runs.len());
+        let mut parent: Vec<u32> = (0..runs.len() as u32).collect();
+        let mut n = runs.len() as i64;
+        let reach = usize::from(corners);
         for z in 0..nz {
             for y in 0..ny {
-                for x in 0..nx {
-                    let here = x + nx * (y + ny * z);
-                    if self.inside[here] != what {
-                        continue;
-                    }
-                    n += 1;
-                    for &[dx, dy, dz] in &steps {
-                        let (x, y, z) = (x as i64 + dx, y as i64 + dy, z as i64 + dz);
-                        let fits = (0..nx as i64).contains(&x)
-                            && (0..ny as i64).contains(&y)
-                            && (0..nz as i64).contains(&z);
-                        if fits {
-                            let there = (x + nx as i64 * (y + ny as i64 * z)) as usize;
-                            if self.inside[there] == what {
-                                n -= i64::from(join(&mut parent, here as u32, there as u32));
-                            }
+                let (up, last) = (y.wrapping_sub(1), z.wrapping_sub(1));
+                let straight = [(up, z), (y, last)];
+                let across = [(up, last), (y + 1, last)];
+                let earlier = straight.into_iter().chain(across.into_iter().filter(|_| corners));
+                for (v, w) in earlier.filter(|&(v, w)| v < ny && w < nz) {
+                    let ends = |row: usize| (first[row], first[row + 1]);
+                    let ((mut a, a_end), (mut b, b_end)) = (ends(y + ny * z), ends(v + ny * w));
+                    while a < a_end && b < b_end {
+                        let ([p, q], [r, s]) = (runs[a], runs[b]);
+                        if p < s + reach && r < q + reach {
+                            n -= i64::from(join(&mut parent, a as u32, b as u32));
                         }
+                        if q < s { a += 1 } else { b += 1 }
                     }
                 }
             }
@@ -275,25 +291,25 @@ impl Picture {
     /// The Euler number of M's points: with the edges, squares and cubes all of whose corners are
     /// in M (`all`), or as a union of closed boxes around them.
     fn euler(&self, all: bool) -> i64 {
-        let [nx, ny, _] = self.dims;
-        let strides = [1, nx, nx * ny];
+        let [_, ny, nz] = self.dims;
+        let both = |a: u64, b: u64| if all { a & b } else { a | b };
         let mut euler = 0;
         for axes in 0..8usize {
             // Points in a window along these axes are a cell's corners, or the boxes at one.
             let dimension = if all { axes.count_ones() } else { 3 - axes.count_ones() };
             let sign = if dimension % 2 == 0 { 1 } else { -1 };
-            let extent = [0, 1, 2].map(|a| self.dims[a] - (axes >> a & 1));
-            let corners: Vec<usize> = (0..8usize)
-                .filter(|c| c & !axes == 0)
-                .map(|c| (0..3).map(|a| (c >> a & 1) * strides[a]).sum())
-                .collect();
+            let [dx, dy, dz] = [axes & 1, axes >> 1 & 1, axes >> 2];
             let mut n = 0;
-            for z in 0..extent[2] {
-                for y in 0..extent[1] {
-                    let row = nx * (y + ny * z);
-                    for x in row..row + extent[0] {
-                        let mut found = corners.iter().map(|c| self.inside[x + c]);
-                        n += i64::from(if all { found.all(|i| i) } else { found.any(|i| i) });
+            for z in 0..nz - dz {
+                for y in 0..ny - dy {
+                    let [a, b] = [z, z + dz].map(|z| (self.row(y, z), self.row(y + dy, z)));
+                    let at = |w: usize| both(both(a.0[w], a.1[w]), both(b.0[w], b.1[w]));
+                    for w in 0..self.words {
+                        // The last point of a row is in the border.
+                        let next = if w + 1 < self.words { at(w + 1) << 63 } else { 0 };
+                        let here = at(w);
+                        let found = if dx == 1 { both(here, here >> 1 | next) } else { here };
+                        n += i64::from(found.count_ones());
                     }
                 }
             }

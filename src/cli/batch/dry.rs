@@ -15,10 +15,19 @@ use crate::pipeline::{self, RunError};
 use crate::volume::Meta;
 
 /// Tells of each job what would be read, chosen and written.
-pub(super) fn run(run: &Run, jobs: &[Job], term: Term, cancel: &Cancel) -> Result<(), Kind> {
+pub(super) fn run(
+    run: &Run,
+    jobs: &[Job],
+    n_scans: usize,
+    term: Term,
+    cancel: &Cancel,
+) -> Result<(), Kind> {
     let mut result = Ok(());
     let (mut n_meshes, mut n_failed) = (0, 0);
-    for job in jobs {
+    let (first, step) = run.shard.unwrap_or((1, 1));
+    for (at, job) in jobs.iter().enumerate() {
+        // Which shard of as many as there are scans holds this one alone.
+        let place = json!([first + at * step, n_scans]);
         if cancel.is_raised() {
             Term::error(&Error::new(RunError::Interrupted));
             return Err(Kind::Interrupted);
@@ -27,7 +36,7 @@ pub(super) fn run(run: &Run, jobs: &[Job], term: Term, cancel: &Cancel) -> Resul
             Ok(meta) => {
                 n_meshes += job.targets.len();
                 if run.json {
-                    objects(run, job, &meta).iter().try_for_each(Term::json)
+                    objects(run, job, &meta, &place).iter().try_for_each(Term::json)
                 } else {
                     Term::text(&text(run, job, &meta))
                 }
@@ -36,7 +45,9 @@ pub(super) fn run(run: &Run, jobs: &[Job], term: Term, cancel: &Cancel) -> Resul
                 n_failed += 1;
                 Term::trouble(&trouble);
                 let told = if run.json {
-                    Term::json(&report::failed("mcubes/1", &job.scan.shown(), &trouble))
+                    let mut object = report::failed("mcubes/1", &job.scan.shown(), &trouble);
+                    object["shard"] = place;
+                    Term::json(&object)
                 } else {
                     Ok(())
                 };
@@ -90,7 +101,7 @@ fn text(run: &Run, job: &Job, meta: &Meta) -> String {
     text
 }
 
-fn objects(run: &Run, job: &Job, meta: &Meta) -> Vec<Value> {
+fn objects(run: &Run, job: &Job, meta: &Meta, place: &Value) -> Vec<Value> {
     let (memory, triangles) = estimates(run, job, meta);
     let object = |target: &super::Target| {
         json!({
@@ -105,6 +116,7 @@ fn objects(run: &Run, job: &Job, meta: &Meta) -> Vec<Value> {
             "stored": meta.stored.as_str(),
             "asked": report::asked(target.level),
             "output": target.output.shown(),
+            "shard": place,
             "estimate": { "memory": memory, "triangles": triangles },
             "notes": meta.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })

@@ -100,10 +100,9 @@ impl Finder<'_> {
                 all.broken(path.clone(), error);
             }
         }
-        let Some(found @ [_, ..]) = all.scans.get_mut(before..) else {
+        if all.scans.len() == before {
             return Err(nothing_below(folder, all.passed_over - passed_over));
-        };
-        found.sort_by(|a, b| a.path.cmp(&b.path));
+        }
         Ok(())
     }
 

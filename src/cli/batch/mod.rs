@@ -113,8 +113,10 @@ pub(super) fn run(run: &Run, term: Term, cancel: &Cancel) -> Result<Result<(), K
         Err(trouble) => return Ok(tell::failed_at_once(&trouble)),
     };
     let mut jobs = names::jobs(found.scans, run)?;
+    let n_scans = jobs.len();
     if let Some((part, of)) = run.shard {
-        jobs = names::shard(jobs, part, of);
+        let mut at = 0..;
+        jobs.retain(|_| at.next().is_some_and(|at: usize| at % of == part - 1));
     }
     if let Output::Folder(folder) = &run.output {
         let above = names::folder_above(folder);
@@ -129,7 +131,7 @@ pub(super) fn run(run: &Run, term: Term, cancel: &Cancel) -> Result<Result<(), K
         }
     }
     if run.is_dry {
-        return Ok(dry::run(run, &jobs, term, cancel));
+        return Ok(dry::run(run, &jobs, n_scans, term, cancel));
     }
     Ok(work::run(run, &jobs, &board, cancel))
 }

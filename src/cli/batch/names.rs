@@ -145,6 +145,14 @@ impl Scan {
         }
     }
 
+    fn order(&self) -> (&Path, Option<usize>) {
+        let index = match &self.volume {
+            Found::Series { index, .. } => Some(*index),
+            _ => None,
+        };
+        (&self.path, index)
+    }
+
     fn modality(&self) -> Option<String> {
         match &self.volume {
             Found::Series { study, index, .. } => study.volumes.get(*index)?.modality.clone(),
@@ -189,7 +197,8 @@ fn tame(text: &str) -> String {
     name
 }
 
-/// Gives each mesh its place.
+/// Gives each mesh its place. The order depends on the inputs alone, not on how they were typed:
+/// by path, then by the number of the series.
 ///
 /// # Errors
 /// Two meshes with one name, a mesh that would replace an input.
@@ -207,13 +216,14 @@ pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
             Destination::File(folder.join(with_extension(name, run.extract.mesh.format.as_str())))
         }
     };
-    let jobs: Vec<Job> = scans
+    let mut jobs: Vec<Job> = scans
         .into_iter()
         .map(|scan| {
             let target = |&level| Target { level, output: place(&scan, level) };
             Job { targets: run.levels.iter().map(target).collect(), scan }
         })
         .collect();
+    jobs.sort_by(|a, b| a.scan.order().cmp(&b.scan.order()));
     refuse_doubles(&jobs)?;
     Ok(jobs)
 }
@@ -250,19 +260,6 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
         }
     }
     Ok(())
-}
-
-/// Every `of`-th job, beginning with the `part`-th, in an order that depends on the inputs alone.
-pub(super) fn shard(jobs: Vec<Job>, part: usize, of: usize) -> Vec<Job> {
-    let mut keyed: Vec<(PathBuf, String, Job)> = jobs
-        .into_iter()
-        .map(|job| (job.scan.path.clone(), job.scan.series().unwrap_or_default(), job))
-        .collect();
-    keyed.sort_by(|a, b| (&a.0, &a.1).cmp(&(&b.0, &b.1)));
-    let own = |(at, (_, _, job)): (usize, (PathBuf, String, Job))| {
-        (at % of.max(1) + 1 == part).then_some(job)
-    };
-    keyed.into_iter().enumerate().filter_map(own).collect()
 }
 
 /// The folder that must be there for an output folder to be made; the folder itself where it is.

@@ -6,7 +6,7 @@ use std::arch::x86_64::*;
 use bytemuck::must_cast;
 
 use super::super::bits::BitPlane;
-use super::super::emit::{Triangles, settled_row};
+use super::super::emit::Triangles;
 use super::super::key::Threshold;
 use super::super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
 use super::super::vertices::{LayerVertices, Placing, Plane};
@@ -115,41 +115,19 @@ pub(super) fn emit(triangles: &Triangles<'_>, out: &mut [u32]) {
     triangles.emit_with(
         out,
         |tables, lanes, cases, out| {
-            let mut lanes: [__m256i; 2] = must_cast(lanes);
+            let mut ids: [__m256i; 2] = must_cast(*lanes);
             let mut at = 0;
             for &case in cases {
                 let case = usize::from(case);
                 let n = 3 * usize::from(tables.n_triangles[case]);
-                store(permute(lanes, tables.corners[case]), n, at, out);
+                store(permute(ids, tables.corners[case]), n, at, out);
                 at += n;
-                lanes = add(lanes, tables.crossed[case]);
+                ids = add(ids, tables.crossed[case]);
             }
+            *lanes = must_cast(ids);
             at
         },
-        |tables, lanes, cases, settled, extra, out| {
-            let (mut lanes, mut extra, mut settled) = (lanes, extra, settled.iter());
-            let mut at = 0;
-            for &case in cases {
-                let case = usize::from(case);
-                let row = settled_row(tables, case, &mut settled, &mut extra, &mut lanes);
-                let ids = must_cast(lanes);
-                if let Some(row) = row {
-                    let n = 3 * usize::from(row.n_triangles);
-                    for (block, first) in row.lanes.into_iter().zip([0, 16, 32]) {
-                        if first < n {
-                            store(permute(ids, block), (n - first).min(16), at + first, out);
-                        }
-                    }
-                    at += n;
-                } else {
-                    let n = 3 * usize::from(tables.n_triangles[case]);
-                    store(permute(ids, tables.corners[case]), n, at, out);
-                    at += n;
-                }
-                lanes = must_cast(add(ids, tables.crossed[case]));
-            }
-            at
-        },
+        |lanes, corners, n, at, out| store(permute(must_cast(*lanes), corners), n, at, out),
     );
 }
 

@@ -6,7 +6,7 @@ use std::arch::x86_64::*;
 use bytemuck::must_cast;
 
 use super::super::bits::BitPlane;
-use super::super::emit::{Triangles, settled_row};
+use super::super::emit::Triangles;
 use super::super::family::Family;
 use super::super::gather::{Gathered, LANES};
 use super::super::key::Threshold;
@@ -151,15 +151,15 @@ impl CaseTables {
                     let slots: &mut [u8; CASE_SLACK] = out;
                     *slots = must_cast(found);
                 }
-                n_cells += n;
                 let count = self.count(found);
                 let is_slow = _mm512_movepi8_mask(count);
                 let is_slow = is_slow & mask_of_first(n);
                 let plain = _mm512_maskz_mov_epi8(!is_slow & mask_of_first(n), count);
                 sums = _mm512_add_epi64(sums, _mm512_sad_epu8(plain, _mm512_setzero_si512()));
                 if is_slow != 0 {
-                    remember_slow(w, active, is_slow, must_cast(found), row.slow);
+                    remember_slow((w, n_cells), active, is_slow, must_cast(found), row.slow);
                 }
+                n_cells += n;
             }
             first += 8;
         }
@@ -218,17 +218,24 @@ fn mask_of_first(n: usize) -> u64 {
 }
 
 /// Notes the cells whose count is marked [`SLOW`]: `is_slow` has a bit for each active cell.
-#[cold]
+/// Before word `w` the row has `n_cells` active ones.
+#[target_feature(enable = "bmi1,bmi2")]
 #[inline(never)]
-fn remember_slow(w: usize, active: u64, is_slow: u64, cases: [u8; 64], slow: &mut Vec<SlowCell>) {
-    let mut active = active;
-    let mut nth = 0;
-    while active != 0 {
-        if is_slow >> nth & 1 == 1 {
-            slow.push(SlowCell { c: (w * 64) as u32 + active.trailing_zeros(), case: cases[nth] });
-        }
-        nth += 1;
-        active &= active - 1;
+fn remember_slow(
+    (w, n_cells): (usize, usize),
+    active: u64,
+    is_slow: u64,
+    cases: [u8; 64],
+    slow: &mut Vec<SlowCell>,
+) {
+    let mut places = _pdep_u64(is_slow, active);
+    let mut is_slow = is_slow;
+    while is_slow != 0 {
+        let nth = is_slow.trailing_zeros() as usize;
+        let c = (w * 64) as u32 + places.trailing_zeros();
+        slow.push(SlowCell { c, nth: (n_cells + nth) as u32, case: cases[nth % 64] });
+        is_slow &= is_slow - 1;
+        places &= places - 1;
     }
 }
 
@@ -242,7 +249,7 @@ pub(super) fn emit(triangles: &Triangles<'_>, out: &mut [u32]) {
     triangles.emit_with(
         out,
         |tables, lanes, cases, out| {
-            let mut ids: __m512i = must_cast(lanes);
+            let mut ids: __m512i = must_cast(*lanes);
             let mut at = 0;
             for &case in cases {
                 let case = usize::from(case);
@@ -251,32 +258,10 @@ pub(super) fn emit(triangles: &Triangles<'_>, out: &mut [u32]) {
                 at += n;
                 ids = add(ids, tables.crossed[case]);
             }
+            *lanes = must_cast(ids);
             at
         },
-        |tables, lanes, cases, settled, extra, out| {
-            let (mut lanes, mut extra, mut settled) = (lanes, extra, settled.iter());
-            let mut at = 0;
-            for &case in cases {
-                let case = usize::from(case);
-                let row = settled_row(tables, case, &mut settled, &mut extra, &mut lanes);
-                let ids = must_cast(lanes);
-                if let Some(row) = row {
-                    let n = 3 * usize::from(row.n_triangles);
-                    for (block, first) in row.lanes.into_iter().zip([0, 16, 32]) {
-                        if first < n {
-                            store(permute(ids, block), (n - first).min(16), at + first, out);
-                        }
-                    }
-                    at += n;
-                } else {
-                    let n = 3 * usize::from(tables.n_triangles[case]);
-                    store(permute(ids, tables.corners[case]), n, at, out);
-                    at += n;
-                }
-                lanes = must_cast(add(ids, tables.crossed[case]));
-            }
-            at
-        },
+        |lanes, corners, n, at, out| store(permute(must_cast(*lanes), corners), n, at, out),
     );
 }
 

@@ -46,6 +46,8 @@ macro_rules! dispatch {
     };
 }
 
+pub(super) mod tetra;
+
 macro_rules! keys {
     ($($key:ident),*) => {$(
         pub(super) mod $key {

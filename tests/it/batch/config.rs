@@ -29,7 +29,7 @@ fn the_command_line_wins() {
     assert_eq!(reported[0]["iso"], 50.0);
     assert_eq!(reported[0]["space"], "lps");
     // What cannot stand beside what was typed is overruled too.
-    let (_, reported) = sandbox.ends(0, "in/a/u8.nii --config m.toml --mask 3 -o m.stl --json");
+    let (_, reported) = sandbox.ends(0, "in/a/u8.nii --config m.toml --mask 120 -o m.stl --json");
     assert!(reported[0]["iso"].is_null());
 }
 
