@@ -4,7 +4,7 @@
 //! order, a *sink*. Imports go one way only, down this list:
 //!
 //! `error`, `limits`, `cancel` ← `geom` ← `volume`, `mesh` ← `source`, `kernel`, `sink`, `reader` ←
-//! `pipeline` ← `cli`.
+//! `pipeline`, `phantom` ← `cli`.
 
 pub mod cancel;
 #[cfg(feature = "cli")]
@@ -14,6 +14,7 @@ pub mod geom;
 pub mod kernel;
 pub mod limits;
 pub mod mesh;
+pub mod phantom;
 pub mod pipeline;
 pub mod reader;
 pub mod sink;

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::level::{self, Level};
 use super::value;
+use crate::phantom::Shape;
 use crate::volume::StoredType;
 
 const EXAMPLES: &str = "\
@@ -43,6 +44,8 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Verify that meshes are closed, manifold and wound outward
     Check(CheckArgs),
+    /// Write a volume made by a formula, as NIfTI, and say what is true of its surface
+    Phantom(PhantomArgs),
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -73,6 +76,8 @@ pub(crate) struct ExtractArgs {
     pub(crate) inputs: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) surface: SurfaceArgs,
+    #[command(flatten)]
+    pub(crate) steps: StepsArgs,
     #[command(flatten)]
     pub(crate) output: OutputArgs,
     #[command(flatten)]
@@ -142,9 +147,25 @@ pub(crate) struct SurfaceArgs {
     /// A unit normal with each vertex, for smooth shading (PLY and OBJ)
     #[arg(long)]
     pub(crate) normals: bool,
+}
+
+/// What is done to the volume before it is meshed, in this order.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Part and resolution (always in this order)")]
+pub(crate) struct StepsArgs {
     /// Only samples in these index ranges: I0:I1,J0:J1,K0:K1, from 0, ends not included
     #[arg(long, value_name = "RANGES", value_parser = value::index_ranges)]
     pub(crate) crop: Option<[[usize; 2]; 3]>,
+    /// Only samples around this box in the output's coordinates: X0:X1,Y0:Y1,Z0:Z1
+    #[arg(long, value_name = "BOX", value_parser = value::ranges, allow_hyphen_values = true)]
+    #[arg(conflicts_with = "crop")]
+    pub(crate) crop_mm: Option<[[f64; 2]; 3]>,
+    /// Gaussian blur of this sigma
+    #[arg(long, value_name = "MM", value_parser = value::not_negative, allow_hyphen_values = true)]
+    pub(crate) blur: Option<f64>,
+    /// Means of blocks of N samples along each axis, or of N x M x K
+    #[arg(long, value_name = "N|NxMxK", value_parser = value::block)]
+    pub(crate) downsample: Option<[usize; 3]>,
 }
 
 #[derive(Args, Debug)]
@@ -219,6 +240,40 @@ pub(crate) struct CheckArgs {
     /// Mesh files: STL, PLY or OBJ
     #[arg(value_name = "MESH", required = true)]
     pub(crate) meshes: Vec<PathBuf>,
+    /// Report as JSON on standard output, one object a line
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct PhantomArgs {
+    /// sphere, ellipsoid, torus, gyroid, metaballs or skull (something like a CT of a head)
+    #[arg(value_name = "KIND", value_parser = value::shape)]
+    pub(crate) shape: Shape,
+    /// NIfTI file (.nii, .nii.gz), or - for standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Samples along i, j, k
+    #[arg(long, value_name = "N|XxYxZ", value_parser = value::sizes, default_value = "128")]
+    pub(crate) dims: [i64; 3],
+    /// Millimetres between samples
+    #[arg(long, value_name = "MM|XxYxZ", value_parser = value::steps, default_value = "1")]
+    #[arg(allow_hyphen_values = true)]
+    pub(crate) spacing: [f64; 3],
+    /// Standard deviation of the noise on each sample, in real units
+    #[arg(long, value_name = "SD", value_parser = value::not_negative, default_value = "0")]
+    #[arg(allow_hyphen_values = true)]
+    pub(crate) noise: f64,
+    /// Another seed, another noise
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub(crate) seed: u64,
+    /// u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64
+    #[arg(long = "type", value_name = "TYPE", value_parser = value::stored_type)]
+    #[arg(default_value = "i16")]
+    pub(crate) stored: StoredType,
+    /// Threads of work in all [default: all processors]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
     /// Report as JSON on standard output, one object a line
     #[arg(long)]
     pub(crate) json: bool,

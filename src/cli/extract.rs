@@ -33,12 +33,14 @@ type Made = Result<Done, Trouble>;
 /// Bytes of memory that the meshes of a volume take at once.
 pub(crate) fn memory(meta: &Meta, extract: &Extract, n_meshes: usize, threads: usize) -> u64 {
     // Slices are decoded, padding taken out, as `f64`.
-    let is_wide = meta.series.is_some() || meta.padding.is_some();
+    let steps = &extract.steps;
+    let is_wide = meta.series.is_some() || meta.padding.is_some() || steps.are_means();
     let sample = if is_wide { StoredType::F64 } else { meta.stored }.size();
     let spooled = if extract.mesh.format == Format::Stl { 0 } else { SPOOLED };
     let spooled = spooled.min(pipeline::likely_triangles(meta.grid.dims).saturating_mul(8 * 13));
     let options = RunOptions { threads, ..RunOptions::default() };
     pipeline::working_bytes(meta.grid.dims, sample, n_meshes, spooled, &options)
+        .saturating_add(steps.held_bytes(meta))
 }
 
 /// What comes of each target, in their order.
@@ -105,7 +107,7 @@ impl Work<'_> {
         let mut together: Vec<Member<'_>> = Vec::new();
         let mut apart: Vec<Vec<Member<'_>>> = Vec::new();
         for (at, target) in targets.iter().enumerate() {
-            match level::resolve(target.level, meta, self.how.cancel, || self.open(target.level)) {
+            match level::resolve(target.level, meta, self.how.cancel, || self.part()) {
                 Ok(Chosen { iso, note }) => {
                     let member = Member { at, target, iso, note };
                     if target.level != Level::Labels && is_active(meta, iso, self.is_below()) {
@@ -135,11 +137,6 @@ impl Work<'_> {
         self.how.extract.surface.side == Side::Below
     }
 
-    /// The volume as it is looked at for its iso value: whole to see whether it is a mask.
-    fn open(&self, level: Level) -> Result<Volume<'static>, Error> {
-        if level == Level::Halfway { self.whole() } else { self.cut() }
-    }
-
     fn whole(&self) -> Result<Volume<'static>, Error> {
         match self.opened.take() {
             Some(volume) => Ok(volume),
@@ -147,21 +144,17 @@ impl Work<'_> {
         }
     }
 
-    /// The volume with what was asked of it done to it.
-    fn cut(&self) -> Result<Volume<'static>, Error> {
-        let mut volume = self.whole()?;
-        if let Some(ranges) = self.how.extract.crop {
-            let ranges = ranges.map(|[low, high]| low..high);
-            volume = source::crop(volume, &ranges).map_err(Error::new)?;
-        }
-        Ok(volume)
+    /// The part of the volume that is meshed, as it is looked at for its iso value.
+    fn part(&self) -> Result<Volume<'static>, Error> {
+        self.how.extract.steps.part(self.whole()?).map_err(Error::new)
     }
 
-    /// The same with padding and labels seen to.
+    /// The volume with what was asked of it done to it, padding and labels seen to.
     fn shaped(&self, iso: f64) -> Result<Volume<'static>, Error> {
-        let volume = self.cut()?;
-        Ok(match &self.how.extract.mask {
-            Some(values) => source::mask(volume, values),
+        let Extract { steps, mask, .. } = self.how.extract;
+        let volume = steps.apply(self.whole()?, mask.as_deref()).map_err(Error::new)?;
+        Ok(match mask {
+            Some(_) => volume,
             None => source::pad_out(volume, iso, self.is_below()),
         })
     }
@@ -243,8 +236,11 @@ impl Work<'_> {
                 .and_then(|volume| source::survey(volume).ok())
                 .and_then(|survey| survey.range),
         };
-        let open = self.how.extract.surface.open;
-        Error::new(RunError::IsoNotReached { iso, range, open })
+        let Extract { surface, mask, .. } = self.how.extract;
+        Error::new(match range {
+            Some((_, high)) if mask.is_some() && high <= 0.0 => RunError::NoLabel,
+            _ => RunError::IsoNotReached { iso, range, open: surface.open },
+        })
     }
 }
 

@@ -10,8 +10,10 @@ mod info;
 mod input;
 mod level;
 mod options;
+mod phantom;
 mod report;
 mod signals;
+mod steps;
 mod study;
 mod term;
 mod value;
@@ -43,6 +45,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, term, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),
+        Some(Command::Phantom(args)) => phantom::run(&args, term, &cancel),
         Some(Command::Completions { shell }) => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "mcubes", &mut script);

@@ -12,6 +12,7 @@ use super::args::{
 };
 use super::batch::names::Pattern;
 use super::level::Level;
+use super::steps::Steps;
 use crate::geom::Space;
 use crate::pipeline::{Method, Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
@@ -72,8 +73,8 @@ pub(crate) struct Extract {
     pub(crate) reading: Reading,
     /// The stored values that are inside, instead of an iso value.
     pub(crate) mask: Option<Vec<f64>>,
-    /// Half-open ranges of indices.
-    pub(crate) crop: Option<[[usize; 2]; 3]>,
+    /// What is done to the volume first.
+    pub(crate) steps: Steps,
     /// The surface, but for its iso value.
     pub(crate) surface: SurfaceOptions,
     pub(crate) space: Space,
@@ -156,14 +157,14 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     let open = args.surface.open;
     let surface = SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) };
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
-    let threads = at_least_one("--threads", args.threads)?.unwrap_or_else(processors);
+    let threads = threads(args.threads)?;
     let jobs = at_least_one("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
     Ok(Run {
         inputs,
         extract: Extract {
             reading,
             mask: args.surface.mask.clone(),
-            crop: args.surface.crop,
+            steps: Steps::new(&args.steps, space),
             surface,
             space,
             mesh,
@@ -305,6 +306,11 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     Ok(Output::File(path.clone()))
 }
 
+/// How many threads: all processors where none are named.
+pub(crate) fn threads(named: Option<usize>) -> Result<usize, Usage> {
+    Ok(at_least_one("--threads", named)?.unwrap_or_else(processors))
+}
+
 /// Whether two paths name one file, which exists.
 pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
@@ -335,7 +341,7 @@ pub(crate) fn is_dash(path: &Path) -> bool {
 }
 
 /// The folder that a path lies in; `.` for a bare name.
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
         Some(parent) => parent,

@@ -3,6 +3,7 @@
 //! Each parser takes one argument and says in one line what it wanted. Nothing here looks at other
 //! options or at files.
 
+use crate::phantom::Shape;
 use crate::volume::StoredType;
 
 /// One finite number.
@@ -16,6 +17,11 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
 /// One finite number above zero.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
+}
+
+/// One finite number, 0 or above it.
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be below 0".to_owned()) })
 }
 
 /// Finite numbers divided by commas.
@@ -54,13 +60,31 @@ pub(crate) fn shard(text: &str) -> Result<(usize, usize), String> {
 
 /// `A:B,C:D,E:F`: three half-open ranges of indices, none of them empty.
 pub(crate) fn index_ranges(text: &str) -> Result<[[usize; 2]; 3], String> {
-    let range = |text: &str| {
-        let (low, high) =
-            text.split_once(':').ok_or_else(|| format!("{text:?} is not a range FROM:TO"))?;
+    three_ranges(text, |part| {
         let index = |t: &str| t.trim().parse().map_err(|_| format!("{t:?} is not an index"));
+        let (low, high) = ends(part)?;
         let (low, high) = (index(low)?, index(high)?);
-        if low < high { Ok([low, high]) } else { Err(format!("the range {text} is empty")) }
-    };
+        if low < high { Ok([low, high]) } else { Err(format!("the range {part} is empty")) }
+    })
+}
+
+/// `A:B,C:D,E:F`: three closed ranges of coordinates, none of them backward.
+pub(crate) fn ranges(text: &str) -> Result<[[f64; 2]; 3], String> {
+    three_ranges(text, |part| {
+        let (low, high) = ends(part)?;
+        let (low, high) = (finite(low)?, finite(high)?);
+        if low <= high { Ok([low, high]) } else { Err(format!("the range {part} is backward")) }
+    })
+}
+
+fn ends(range: &str) -> Result<(&str, &str), String> {
+    range.split_once(':').ok_or_else(|| format!("{range:?} is not a range FROM:TO"))
+}
+
+fn three_ranges<T>(
+    text: &str,
+    range: impl Fn(&str) -> Result<T, String>,
+) -> Result<[T; 3], String> {
     let parts: Vec<&str> = text.split(',').collect();
     let found = parts.len();
     let parts: [&str; 3] =
@@ -81,15 +105,42 @@ fn three<T>(text: &str, one: impl Fn(&str) -> Result<T, String>) -> Result<[T; 3
 
 /// `XxYxZ`: three whole numbers of at least 1.
 pub(crate) fn dims(text: &str) -> Result<[i64; 3], String> {
-    three(text, |t| match t.trim().parse::<i64>() {
-        Ok(n) if n >= 1 => Ok(n),
-        _ => Err(format!("{t:?} is not a whole number of at least 1")),
-    })
+    three(text, count)
 }
 
 /// `XxYxZ` in millimetres, each above zero.
 pub(crate) fn spacing(text: &str) -> Result<[f64; 3], String> {
     three(text, positive)
+}
+
+/// `N`, or `XxYxZ`.
+fn one_or_three<T: Copy>(
+    text: &str,
+    one: impl Fn(&str) -> Result<T, String>,
+) -> Result<[T; 3], String> {
+    if text.contains(['x', 'X', ',']) { three(text, one) } else { one(text).map(|n| [n; 3]) }
+}
+
+fn count(text: &str) -> Result<i64, String> {
+    match text.trim().parse::<i64>() {
+        Ok(n) if n >= 1 => Ok(n),
+        _ => Err(format!("{text:?} is not a whole number of at least 1")),
+    }
+}
+
+/// `N` or `XxYxZ`: whole numbers of at least 1.
+pub(crate) fn sizes(text: &str) -> Result<[i64; 3], String> {
+    one_or_three(text, count)
+}
+
+/// `N` or `NxMxK`: samples of a block.
+pub(crate) fn block(text: &str) -> Result<[usize; 3], String> {
+    sizes(text).map(|n| n.map(|n| usize::try_from(n).unwrap_or(usize::MAX)))
+}
+
+/// `S` or `XxYxZ` in millimetres, each above zero.
+pub(crate) fn steps(text: &str) -> Result<[f64; 3], String> {
+    one_or_three(text, positive)
 }
 
 /// `X,Y,Z` in millimetres.
@@ -103,6 +154,11 @@ pub(crate) fn stored_type(text: &str) -> Result<StoredType, String> {
         let words: Vec<&str> = StoredType::ALL.iter().map(|t| t.as_str()).collect();
         format!("expected one of {}", words.join(", "))
     })
+}
+
+/// A phantom by its word; `skull-like` is the skull.
+pub(crate) fn shape(text: &str) -> Result<Shape, String> {
+    text.strip_suffix("-like").unwrap_or(text).parse()
 }
 
 #[cfg(test)]
@@ -119,6 +175,12 @@ mod tests {
         assert_eq!(index_ranges("0:2,3:9,1:2"), Ok([[0, 2], [3, 9], [1, 2]]));
         assert!(index_ranges("2:2,0:1,0:1").is_err());
         assert!(index_ranges("0:1,0:1").is_err());
+        assert_eq!(ranges("-2.5:-1,0:0,1e1:11"), Ok([[-2.5, -1.0], [0.0, 0.0], [10.0, 11.0]]));
+        assert!(ranges("1:0,0:1,0:1").is_err() && ranges("0:nan,0:1,0:1").is_err());
+        assert_eq!((block("2"), block("1x2x3")), (Ok([2; 3]), Ok([1, 2, 3])));
+        assert!(block("0").is_err() && block("1x2").is_err() && block("2.5").is_err());
+        assert_eq!((steps("0.5"), steps("1,2,3")), (Ok([0.5; 3]), Ok([1.0, 2.0, 3.0])));
+        assert!(not_negative("-1").is_err() && not_negative("NaN").is_err());
     }
 
     #[test]

@@ -28,8 +28,11 @@ pub enum RunError {
         /// Whether the cap was left out.
         open: bool,
     },
+    /// A list of values was given, and no sample has one of them.
+    #[error("no sample has one of the values asked for")]
+    NoLabel,
     /// No iso value was given, and the volume does not say one.
-    #[error("the volume holds more than two values: an iso value is needed")]
+    #[error("the volume is not of 0 and one value above it: an iso value is needed")]
     NoIso,
     /// All values are the same, so no threshold parts them.
     #[error("all values are the same: no iso value parts them")]
@@ -79,7 +82,9 @@ impl Failure for RunError {
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
             Self::Place(_) => Kind::OutOfRangeSpace,
-            Self::IsoNotReached { .. } | Self::NoIso | Self::OneValue => Kind::IsoNotReached,
+            Self::IsoNotReached { .. } | Self::NoLabel | Self::NoIso | Self::OneValue => {
+                Kind::IsoNotReached
+            }
             Self::TooLarge { .. } => Kind::TooLarge,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Interrupted => Kind::Interrupted,
@@ -96,6 +101,9 @@ impl Failure for RunError {
                 Some("--max-memory raises the limit, --threads 1 needs less".to_owned())
             }
             Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
+            Self::NoLabel => {
+                Some("--mask goes by stored values; mcubes info FILE shows their range".to_owned())
+            }
             Self::NoIso => {
                 Some("--iso 300 for bone in CT; mcubes info FILE suggests some".to_owned())
             }

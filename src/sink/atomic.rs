@@ -26,14 +26,14 @@ enum Goal {
 }
 
 /// A file in the making.
-pub(super) struct Target {
+pub(crate) struct Target {
     goal: Goal,
 }
 
 impl Target {
     /// Prepares to write `path`. A symbolic link is followed: the file it points to is made or
     /// replaced, and the link stays.
-    pub(super) fn create(path: &Path) -> Result<Self, SinkError> {
+    pub(crate) fn create(path: &Path) -> Result<Self, SinkError> {
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => return Err(SinkError::IsFolder),
             Ok(found) if !found.is_file() || is_descriptor(path) => {
@@ -60,12 +60,12 @@ impl Target {
     }
 
     /// Prepares to write standard output.
-    pub(super) fn stdout() -> Result<Self, SinkError> {
+    pub(crate) fn stdout() -> Result<Self, SinkError> {
         Ok(Self { goal: Goal::Stdout(unnamed()?) })
     }
 
     /// The file that takes the bytes for now, open for reading and writing.
-    pub(super) fn file(&self) -> &File {
+    pub(crate) fn file(&self) -> &File {
         match &self.goal {
             Goal::Rename(temporary, _) => temporary.as_file(),
             Goal::Copy(file, _) | Goal::Stdout(file) => file,
@@ -82,7 +82,7 @@ impl Target {
 
     /// Puts the bytes where they belong. A reader that has closed its pipe wants no more of them,
     /// which is no error.
-    pub(super) fn commit(self) -> Result<(), SinkError> {
+    pub(crate) fn commit(self) -> Result<(), SinkError> {
         let copied = match self.goal {
             Goal::Rename(temporary, path) => {
                 return match temporary.persist(path) {

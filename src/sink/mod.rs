@@ -12,6 +12,7 @@ mod ply;
 mod stl;
 mod text;
 
+pub(crate) use atomic::Target;
 pub use error::SinkError;
 pub use file::MeshFile;
 pub use format::{Format, MeshOptions};

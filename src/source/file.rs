@@ -20,20 +20,39 @@ impl FilePlanes {
     pub(super) fn new(file: File, layout: Layout) -> Self {
         Self { file: FileAt::new(file), layout }
     }
-}
 
-impl<T: Sample> PositionedPlanes<T> for FilePlanes {
-    fn read_plane(&self, k: usize, mut out: ArrayViewMut2<'_, T>) -> Result<(), SourceError> {
-        let plane = out.as_slice_mut().ok_or(SourceError::PlaneBuffer)?;
-        let start = self.layout.plane_start(k);
-        let bytes = bytemuck::cast_slice_mut::<T, u8>(plane);
+    /// Fills `out` with the samples from byte `start`.
+    fn read<T: Sample>(
+        &self,
+        start: u64,
+        mut out: ArrayViewMut2<'_, T>,
+    ) -> Result<(), SourceError> {
+        let rows = out.as_slice_mut().ok_or(SourceError::PlaneBuffer)?;
+        let bytes = bytemuck::cast_slice_mut::<T, u8>(rows);
         let n = self.file.fill(bytes, start)?;
         // The file was long enough when it was opened, so it has shrunk since.
         if n < bytes.len() {
             return Err(self.layout.ends_early(start + n as u64));
         }
-        self.layout.settle(plane);
+        self.layout.settle(rows);
         Ok(())
+    }
+}
+
+impl<T: Sample> PositionedPlanes<T> for FilePlanes {
+    fn read_plane(&self, k: usize, out: ArrayViewMut2<'_, T>) -> Result<(), SourceError> {
+        self.read(self.layout.plane_start(k), out)
+    }
+
+    fn read_rows(
+        &self,
+        k: usize,
+        first: usize,
+        out: ArrayViewMut2<'_, T>,
+    ) -> Result<bool, SourceError> {
+        let row_bytes = (self.layout.dims.nx() * size_of::<T>()) as u64;
+        self.read(self.layout.plane_start(k) + first as u64 * row_bytes, out)?;
+        Ok(true)
     }
 }
 

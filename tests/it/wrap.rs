@@ -5,4 +5,4 @@ mod crop;
 mod downsample;
 mod formula;
 mod labels;
-mod sources;
+pub(crate) mod sources;

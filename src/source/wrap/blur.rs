@@ -17,6 +17,9 @@ use crate::source::{AnyPlanes, OrderedPlanes, Planes, PositionedPlanes, SourceEr
 use crate::volume::{Meta, Note, Sample};
 use crate::with_planes;
 
+/// The size of a slab of planes, about, that one thread asks for at a time.
+const SLAB_BYTES: usize = 2 << 20;
+
 /// A Gaussian of `sigma_mm` millimetres, each axis by its own spacing, cut off at 4 sigma as
 /// scipy's `gaussian_filter` does. Borders are renormalised: samples beyond them do not exist. NaN
 /// and padding are left out, and stay nothing: they are NaN in the result. 0 changes nothing.
@@ -27,7 +30,7 @@ use crate::with_planes;
 /// Uneven planes, a sigma that is no length, a window of planes beyond the limit.
 ///
 /// # Cost
-/// 8 bytes a sample for `2 · int(4 sigma / spacing + ½) + 1` planes, and a plane a thread. Each
+/// 8 bytes a sample for `2 · int(4 sigma / spacing + ½) + 1` planes, and some planes a thread. Each
 /// plane is read once as long as planes are asked for about in order.
 pub fn blur(volume: Volume<'_>, sigma_mm: f64) -> Result<Volume<'_>, SourceError> {
     if !(sigma_mm.is_finite() && sigma_mm >= 0.0) {
@@ -70,12 +73,19 @@ fn blurred<'a, T: Sample>(
             next: 0,
         })),
         Either::Positioned(inner) => {
-            let threads = available_parallelism().map_or(1, usize::from);
-            let most = 2 * filter.gaussian.radius() + 1 + threads;
+            let most = most_held(dims, filter.gaussian.radius());
             let cache = Mutex::default();
             Planes::Positioned(Box::new(Positioned { inner, filter, cache, most }))
         }
     }
+}
+
+/// Planes worth keeping: a window, and a slab of planes a thread, since threads work on slabs side
+/// by side; no more than there are.
+fn most_held(dims: Dims, radius: usize) -> usize {
+    let threads = available_parallelism().map_or(1, usize::from);
+    let slab = (SLAB_BYTES / dims.plane_len().saturating_mul(8)).clamp(2, 64) + 1;
+    (2 * radius + 1).saturating_add(threads.saturating_mul(slab)).min(dims.nz())
 }
 
 /// The filter, and buffers for planes of samples.
@@ -145,8 +155,8 @@ type Slot = Arc<Mutex<Option<Arc<Blurred>>>>;
 struct Positioned<'a, T> {
     inner: Box<dyn PositionedPlanes<T> + 'a>,
     filter: Filter<T>,
-    /// Planes that were wanted last, at most `most`. One that is wanted again after it had to go is
-    /// made again: never wrong, only slow.
+    /// Planes that were wanted last, at most `most`, the last at the end. One that is wanted again
+    /// after it had to go is made again: never wrong, only slow.
     cache: Mutex<Vec<(usize, Slot)>>,
     most: usize,
 }
@@ -158,19 +168,15 @@ impl<T: Sample> Positioned<'_, T> {
         let mut spare = Blurred::default();
         let slot = {
             let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some((_, slot)) = cache.iter().find(|(at, _)| *at == k) {
-                slot.clone()
-            } else {
-                if cache.len() >= self.most {
-                    let far = (0..cache.len())
-                        .max_by_key(|&n| cache.get(n).map(|(at, _)| at.abs_diff(k)));
-                    let old = far.map(|n| cache.swap_remove(n));
-                    spare = old.and_then(|(_, slot)| reclaimed(slot)).unwrap_or_default();
-                }
-                let slot = Slot::default();
-                cache.push((k, slot.clone()));
-                slot
+            let found = cache.iter().position(|(at, _)| *at == k).map(|n| cache.remove(n).1);
+            if found.is_none() && cache.len() >= self.most {
+                // The one that was not wanted for longest stands first.
+                let (_, old) = cache.remove(0);
+                spare = reclaimed(old).unwrap_or_default();
             }
+            let slot = found.unwrap_or_default();
+            cache.push((k, slot.clone()));
+            slot
         };
         let mut made = slot.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(plane) = made.as_ref() {

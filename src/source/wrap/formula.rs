@@ -14,7 +14,9 @@ use crate::volume::{Format, Meta, Sample, StoredType};
 /// as read; the volume is never held.
 ///
 /// ```
-/// use mcubes::geom::{Affine, Dims};
+/// use mcubes::geom::{Affine, Dims, Place, Space};
+/// use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
+/// use mcubes::sink::{Format, MeshFile, MeshOptions};
 /// use mcubes::source::formula;
 ///
 /// // A ball of radius 8 mm around the origin, sampled each half millimetre: positive inside.
@@ -26,7 +28,17 @@ use crate::volume::{Format, Meta, Sample, StoredType};
 ///     [-10.0, -10.0, -10.0],
 /// );
 /// let ball = formula(dims, affine, |x, y, z| (8.0 - (x * x + y * y + z * z).sqrt()) as f32)?;
-/// assert_eq!(ball.meta.grid.dims.n_samples(), 68_921);
+///
+/// let folder = tempfile::tempdir()?;
+/// let place = Place::new(&ball.meta.grid, Space::Ras)?;
+/// let mut file =
+///     MeshFile::create(&folder.path().join("ball.stl"), &MeshOptions::new(Format::Stl))?;
+/// let reports =
+///     extract(ball, &place, vec![(SurfaceOptions::at(0.0), &mut file)], &RunOptions::default())?;
+/// file.commit()?;
+///
+/// let volume = 4.0 / 3.0 * std::f64::consts::PI * 8.0_f64.powi(3);
+/// assert!((reports[0].measure.volume / volume - 1.0).abs() < 0.005);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///

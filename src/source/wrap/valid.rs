@@ -2,23 +2,24 @@
 
 use std::ops::RangeInclusive;
 
-use crate::volume::{Meta, Padding, Sample};
+use crate::volume::{Meta, Padding, Sample, StoredType};
 
 /// Tells the samples of one type that count from those that do not.
 #[derive(Clone, Debug)]
 pub(super) struct Valid<T> {
     padding: Option<RangeInclusive<T>>,
-    floats: bool,
+    has_nan: bool,
 }
 
 impl<T: Sample> Valid<T> {
     pub(super) fn new(meta: &Meta) -> Self {
-        Self { padding: meta.padding.and_then(within::<T>), floats: is_float::<T>() }
+        let has_nan = matches!(T::TYPE, StoredType::F32 | StoredType::F64);
+        Self { padding: meta.padding.and_then(within::<T>), has_nan }
     }
 
     /// Whether every value of the type counts.
     pub(super) fn all(&self) -> bool {
-        self.padding.is_none() && !self.floats
+        self.padding.is_none() && !self.has_nan
     }
 
     /// Whether a sample counts.
@@ -27,11 +28,6 @@ impl<T: Sample> Valid<T> {
         let number = x.partial_cmp(&x).is_some();
         number && !self.padding.as_ref().is_some_and(|p| p.contains(&x))
     }
-}
-
-fn is_float<T: Sample>() -> bool {
-    use crate::volume::StoredType::{F32, F64};
-    matches!(T::TYPE, F32 | F64)
 }
 
 /// The values of the type that lie in a range of padding, if there are any.

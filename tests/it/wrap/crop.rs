@@ -2,7 +2,8 @@
 
 use mcubes::error::{Failure, Kind};
 use mcubes::geom::{Grid, Place, Space};
-use mcubes::source::{AnyPlanes, crop};
+use mcubes::source::{AnyPlanes, Planes, RawInput, RawOptions, crop, open_raw};
+use mcubes::volume::{Note, StoredType};
 use ndarray::{Array3, s};
 
 use super::sources::{Log, WAYS, Way, dims_of, planes, read, same, volume, way};
@@ -51,7 +52,10 @@ fn planes_in_order_are_read_to_the_end_of_the_stream_and_checked() {
     let array = array();
     let log = Log::default();
     let whole = AnyPlanes::I16(planes(&array, Way::Ordered, &log));
-    read(crop(volume::<i16>(dims_of(&array), whole), &[0..1, 0..1, 2..3]).unwrap());
+    let part = crop(volume::<i16>(dims_of(&array), whole), &[0..1, 0..1, 2..3]).unwrap();
+    let AnyPlanes::I16(Planes::Ordered(mut part)) = part.planes else { panic!("not in order") };
+    part.next_plane(ndarray::Array2::zeros((1, 1)).view_mut()).unwrap();
+    assert_eq!(part.finish().unwrap(), [Note::AffineFromPixdim]);
     assert_eq!(*log.planes.lock().unwrap(), [0, 1, 2, 3, 4, 5]);
     assert!(*log.finished.lock().unwrap());
 }
@@ -99,4 +103,18 @@ fn a_box_outside_the_volume_is_refused_with_the_range_and_the_size() {
     let refused = crop(whole, &[0..7, 2..6, 0..1]).err().unwrap();
     assert_eq!(refused.kind(), Kind::BadDims);
     assert_eq!(refused.to_string(), "crop j 2:6: the volume has j 0:5");
+}
+
+#[test]
+fn a_box_of_a_file_is_the_box_of_its_samples() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let array = array();
+    let bytes: Vec<u8> = array.iter().flat_map(|x| x.to_be_bytes()).collect();
+    std::fs::write(file.path(), bytes).unwrap();
+    let options = RawOptions { big_endian: true, ..RawOptions::new([7, 5, 6], StoredType::I16) };
+    for [i, j, k] in [[0..7, 1..4, 2..5], [3..5, 4..5, 5..6], [0..7, 0..5, 0..6]] {
+        let whole = open_raw(RawInput::Path(file.path().to_owned()), &options).unwrap();
+        let part = crop(whole, &[i.clone(), j.clone(), k.clone()]).unwrap();
+        assert!(same(&read(part), &array.slice(s![k, j, i]).mapv(f64::from)));
+    }
 }
