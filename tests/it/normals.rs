@@ -55,6 +55,7 @@ fn by_kernel<T: Classify>(
     let planes: Vec<&[T]> = samples.chunks_exact(nx * ny).collect();
     let slab = Slab { layers: 0..nz + 1, first_plane: 0, planes: &planes };
     let mut scratch = Scratch::default();
+    kernel.classify(&slab, &mut scratch);
     let totals = kernel.count(&slab, &mut scratch);
     let mut vertices = vec![[0.0; 3]; totals.n_vertices as usize];
     let mut normals = vec![[0.0; 3]; totals.n_vertices as usize];
