@@ -12,8 +12,9 @@ const BASE_BYTES: u64 = 8 << 20;
 /// Patch and encoded bytes of one slab of one surface, in triangles: twice what a patch may hold.
 const PATCH_TRIANGLES: u64 = 256 << 10;
 
-/// A triangle of a patch: its ids, half a vertex, and 50 bytes of a file.
-const TRIANGLE_BYTES: u64 = 12 + 6 + 50;
+/// A triangle of a patch: its ids, half a vertex with its normal, and the lines of an OBJ file with
+/// normals, the longest there are.
+const TRIANGLE_BYTES: u64 = 12 + 12 + 96;
 
 /// Bytes that a run takes at most, thought of as all threads at work on slabs of `sample_bytes`
 /// samples whose surfaces fill them: planes, bits and crossings, patches, and `spooled` bytes a
@@ -40,9 +41,10 @@ pub fn working_bytes(
         .saturating_add(per_surface.saturating_mul(n_surfaces as u64))
 }
 
-/// A cell has five triangles at most, but for the few that tunnels add.
+/// A cell of tetrahedra has twelve triangles at most; of cubes five, but for the few that tunnels
+/// add.
 fn patch_bytes(cells: u64) -> u64 {
-    cells.saturating_mul(5).min(PATCH_TRIANGLES) * TRIANGLE_BYTES
+    cells.saturating_mul(12).min(PATCH_TRIANGLES) * TRIANGLE_BYTES
 }
 
 /// Triangles that the surface of a body may have: six for each sample of the volume's three faces,

@@ -324,7 +324,9 @@ fn place<T: Sample>(family: &Family<'_, T>, gathered: &Gathered, out: &mut [Posi
     let (back_i, back_j) = (set(family.back_ij[0]), set(family.back_ij[1]));
     let same = |a: __m256i, b: u32| _mm256_cmpeq_epi32_mask(a, _mm256_set1_epi32(b as i32));
     let all = family.cap.map(|all| if all { 0xFF } else { 0 });
-    let mut slots = out.chunks_mut(LANES);
+    // Whole batches are stored as such; a store of any length would be a call each.
+    let (slots, last) = out.as_chunks_mut::<LANES>();
+    let (mut slots, mut rest) = (slots.iter_mut(), [[0.0; 3]; LANES]);
     for (c, r) in gathered.batches() {
         let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
@@ -352,13 +354,9 @@ fn place<T: Sample>(family: &Family<'_, T>, gathered: &Gathered, out: &mut [Posi
             _mm512_cvtpd_ps(_mm512_add_pd(sample, _mm512_mul_pd(t, step[axis])))
         };
         let vertices = interleaved(along(0), along(1), along(2));
-        if let Some(slots) = slots.next() {
-            match slots.as_mut_array::<LANES>() {
-                Some(slots) => *slots = vertices,
-                None => slots.copy_from_slice(&vertices[..slots.len()]),
-            }
-        }
+        *slots.next().unwrap_or(&mut rest) = vertices;
     }
+    last.copy_from_slice(&rest[..last.len()]);
 }
 
 /// x, y and z of eight positions, as they stand in memory.
