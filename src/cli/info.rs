@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::args::InfoArgs;
 use super::input::{self, Opening};
 use super::options::{self, Input, Reading, Usage, reading};
-use super::report::{affine, failed};
+use super::report::{affine, failed, grouped};
 use super::study;
 use super::term::Term;
 use crate::cancel::Cancel;
@@ -161,7 +161,11 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
         writeln!(
             out,
             "  affine       {:12.5} {:12.5} {:12.5} {:12.4}",
-            row[0], row[1], row[2], row[3]
+            // No minus before a zero.
+            row[0] + 0.0,
+            row[1] + 0.0,
+            row[2] + 0.0,
+            row[3] + 0.0
         )?;
     }
     if meta.rescale.slope() != 1.0 || meta.rescale.inter() != 0.0 {
@@ -197,11 +201,13 @@ fn values(out: &mut String, survey: &Survey) -> std::fmt::Result {
         None => writeln!(out, "  range        no finite value")?,
     }
     if survey.n_nan > 0 {
-        writeln!(out, "  NaN          {} samples", survey.n_nan)?;
+        writeln!(out, "  NaN          {} samples", grouped(survey.n_nan))?;
     }
     histogram(out, survey)?;
     for suggestion in survey.suggested() {
-        writeln!(out, "  --iso {:<10.6} {}", suggestion.iso, suggestion.meaning)?;
+        // To six decimals, without those that say nothing.
+        let iso = (suggestion.iso * 1e6).round() / 1e6;
+        writeln!(out, "  --iso {iso:<10} {}", suggestion.meaning)?;
     }
     Ok(())
 }
@@ -218,11 +224,12 @@ fn histogram(out: &mut String, survey: &Survey) -> std::fmt::Result {
     let bars: Vec<u64> = counts.chunks(each).map(|c| c.iter().sum()).collect();
     let most = bars.iter().copied().max().unwrap_or(1).max(1) as f64;
     let step = (survey.histogram.high - survey.histogram.low) / counts.len() as f64 * each as f64;
+    writeln!(out, "  values from   samples, bars by the logarithm of their number")?;
     for (n, &count) in bars.iter().enumerate() {
         let length = WIDTH * (1.0 + count as f64).ln() / (1.0 + most).ln();
         let bar = "#".repeat(length.round() as usize);
         let from = survey.histogram.low + step * n as f64;
-        writeln!(out, "  {from:>12.2} |{bar:<50}| {count}")?;
+        writeln!(out, "  {from:>12.2} |{bar:<50}| {}", grouped(count))?;
     }
     Ok(())
 }

@@ -8,7 +8,8 @@ use super::options::{Input, Reading};
 use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::Error;
-use crate::source::{self, Content, OpenOptions, RawInput, Volume, dicom};
+use crate::source::dicom::{DicomError, Selector};
+use crate::source::{self, Content, OpenOptions, RawInput, SourceError, Volume, dicom};
 
 /// How inputs are looked into: where progress is shown, what stops it, on how many threads.
 #[derive(Clone)]
@@ -71,6 +72,15 @@ fn open_plain(input: &Input, reading: &Reading) -> Result<Volume<'static>, Error
     if let Some(options) = &reading.raw {
         return source::open_raw(raw, options);
     }
+    // Such a file holds no series but itself.
+    let is_other = match &reading.series {
+        None | Some(Selector::Number(1)) => None,
+        Some(Selector::Number(number)) => Some(number.to_string()),
+        Some(Selector::Uid(uid)) => Some(uid.clone()),
+    };
+    if let (Some(asked), Input::Path(path)) = (is_other, input) {
+        return Err(Error::at(path, DicomError::NoSuchSeries { asked, of: 1 }));
+    }
     match input {
         Input::Path(path) => source::open(path, &OpenOptions { volume: reading.volume }),
         Input::Stdin => Err(internal("no layout of standard input")),
@@ -86,6 +96,9 @@ fn open_series(
 ) -> Result<Volume<'static>, Error> {
     let options = dicom::OpenOptions { span_gaps: reading.span_gaps };
     let mut volume = study.open(index, &options)?;
+    if let Some(asked) = reading.volume.filter(|&n| n > 1) {
+        return Err(Error::new(SourceError::NoSuchVolume { asked, of: 1 }));
+    }
     if is_choice {
         volume.meta.notes.extend(study.choice(index));
     }

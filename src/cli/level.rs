@@ -81,11 +81,13 @@ pub(crate) fn parse(text: &str) -> Result<Level, String> {
     }
     match word.parse::<f64>() {
         Ok(iso) if iso.is_finite() => Ok(Level::Value(iso)),
-        _ if word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.len() > 3 => {
+        _ if word.contains(',') => {
+            Err(format!("{text:?} is several values: give --iso once for each"))
+        }
+        _ => {
             let names: Vec<&str> = Tissue::ALL.into_iter().map(Tissue::name).collect();
             Err(format!("{text:?} is not a finite number, auto, {}", names.join(", ")))
         }
-        _ => Err(format!("{text:?} is not a finite number")),
     }
 }
 

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::args::PhantomArgs;
 use super::options::{self, Usage, folder_of, is_dash};
-use super::report::affine;
+use super::report::{affine, measured};
 use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
@@ -84,10 +84,10 @@ fn summary(phantom: &Phantom) -> String {
     let [nx, ny, nz] = phantom.dims;
     let mut known = Vec::new();
     if let Some(area) = truth.area_mm2 {
-        known.push(format!("area {area:.6e}"));
+        known.push(format!("area {} mm²", measured(area)));
     }
     if let Some(volume) = truth.volume_mm3 {
-        known.push(format!("volume {volume:.6e}"));
+        known.push(format!("volume {} mm³", measured(volume)));
     }
     if let Some(euler) = truth.euler {
         known.push(format!("Euler number {euler}"));

@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 
 use super::{Found, Job};
 use crate::cancel::Cancel;
-use crate::cli::options::Run;
+use crate::cli::options::{Extract, Run};
 use crate::cli::report::{self, Trouble, grouped};
 use crate::cli::term::Term;
 use crate::cli::{extract, input};
 use crate::error::{Error, Kind};
-use crate::pipeline::{self, RunError};
+use crate::pipeline::{self, Method, RunError};
 use crate::volume::Meta;
 
 /// Tells of each job what would be read, chosen and written.
@@ -32,13 +32,13 @@ pub(super) fn run(
             Term::error(&Error::new(RunError::Interrupted));
             return Err(Kind::Interrupted);
         }
-        let told = match meta(run, job) {
-            Ok(meta) => {
+        let told = match plan(run, job) {
+            Ok(plan) => {
                 n_meshes += job.targets.len();
                 if run.json {
-                    objects(run, job, &meta, &place).iter().try_for_each(Term::json)
+                    objects(job, &plan, &place).iter().try_for_each(Term::json)
                 } else {
-                    Term::text(&text(run, job, &meta))
+                    Term::text(&text(job, &plan))
                 }
             }
             Err(trouble) => {
@@ -56,11 +56,22 @@ pub(super) fn run(
         };
         result = result.and(told);
     }
-    term.summary(&format!("{n_meshes} meshes would be made; {n_failed} scans cannot be read"));
+    let (es, s) = (if n_meshes == 1 { "" } else { "es" }, if n_failed == 1 { "" } else { "s" });
+    term.summary(&format!("{n_meshes} mesh{es} would be made; {n_failed} scan{s} cannot be read"));
     result
 }
 
-fn meta(run: &Run, job: &Job) -> Result<Meta, Trouble> {
+/// A scan as it would be meshed.
+struct Plan {
+    /// After crop, blur and downsample.
+    meta: Meta,
+    /// Bytes, on all threads.
+    memory: u64,
+    /// Of one mesh.
+    triangles: u64,
+}
+
+fn plan(run: &Run, job: &Job) -> Result<Plan, Trouble> {
     match &job.scan.volume {
         Found::Broken(trouble) => Err(trouble.clone()),
         Found::Stdin => {
@@ -68,21 +79,23 @@ fn meta(run: &Run, job: &Job) -> Result<Meta, Trouble> {
             Err(Error::new(RunError::Internal(what)).into())
         }
         _ => {
-            let volume = input::open_scan(&job.scan, &run.extract.reading);
-            Ok(volume.map_err(|e| e.or_at(&job.scan.path))?.meta)
+            let Extract { steps, mask, surface, .. } = &run.extract;
+            let volume = input::open_scan(&job.scan, &run.extract.reading)
+                .map_err(|e| e.or_at(&job.scan.path))?;
+            let memory =
+                extract::memory(&volume.meta, &run.extract, job.targets.len(), run.threads);
+            let volume =
+                steps.apply(volume, mask.as_deref()).map_err(|e| Error::at(&job.scan.path, e))?;
+            let each = if surface.method == Method::Tetrahedra { 3 } else { 1 };
+            let triangles = each * pipeline::likely_triangles(volume.meta.grid.dims);
+            Ok(Plan { meta: volume.meta, memory, triangles })
         }
     }
 }
 
-/// Memory on all threads, and triangles of one mesh.
-fn estimates(run: &Run, job: &Job, meta: &Meta) -> (u64, u64) {
-    let memory = extract::memory(meta, &run.extract, job.targets.len(), run.threads);
-    (memory, pipeline::likely_triangles(meta.grid.dims))
-}
-
-fn text(run: &Run, job: &Job, meta: &Meta) -> String {
+fn text(job: &Job, plan: &Plan) -> String {
+    let Plan { meta, memory, triangles } = plan;
     let [nx, ny, nz] = meta.grid.dims.to_array();
-    let (memory, triangles) = estimates(run, job, meta);
     let mut text = format!(
         "{}\n  {} volume {} of {}, {nx} x {ny} x {nz} {}; at most {} MiB of memory\n",
         job.scan.shown(),
@@ -94,15 +107,15 @@ fn text(run: &Run, job: &Job, meta: &Meta) -> String {
     );
     for target in &job.targets {
         let iso = report::asked(target.level).map_or(String::new(), |iso| format!("--iso {iso} "));
-        let about = grouped(triangles);
+        let about = grouped(*triangles);
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {iso}-> {}, about {about} triangles", target.output.shown());
     }
     text
 }
 
-fn objects(run: &Run, job: &Job, meta: &Meta, place: &Value) -> Vec<Value> {
-    let (memory, triangles) = estimates(run, job, meta);
+fn objects(job: &Job, plan: &Plan, place: &Value) -> Vec<Value> {
+    let Plan { meta, memory, triangles } = plan;
     let object = |target: &super::Target| {
         json!({
             "schema": "mcubes/1",

@@ -48,7 +48,7 @@ pub(super) fn find(run: &Run, board: &Board, cancel: &Cancel) -> Result<All, Tro
 impl All {
     fn broken(&mut self, path: PathBuf, error: Error) {
         let volume = Found::Broken(error.into());
-        self.scans.push(Scan { path, volume, parent: PathBuf::new() });
+        self.scans.push(Scan { path, volume, parent: None });
     }
 }
 
@@ -61,7 +61,7 @@ struct Finder<'a> {
 impl Finder<'_> {
     /// One input that was typed.
     fn one(&self, path: &Path, all: &mut All) -> Result<(), Error> {
-        let plain = |volume| Scan { path: path.to_owned(), volume, parent: PathBuf::new() };
+        let plain = |volume| Scan { path: path.to_owned(), volume, parent: None };
         let reading = &self.run.extract.reading;
         if is_dash(path) {
             all.scans.push(plain(Found::Stdin));
@@ -116,7 +116,7 @@ impl Finder<'_> {
         let file = || Scan {
             path: path.to_owned(),
             volume: Found::File,
-            parent: parent_below(base, path),
+            parent: Some(parent_below(base, path)),
         };
         let claim = Claim::of(path);
         if self.run.extract.reading.raw.is_some() {
@@ -199,7 +199,7 @@ fn add_study(study: Study, base: &Path, span_gaps: bool, all: &mut All) {
                 among,
                 is_choice: false,
             },
-            parent: parent_below(base, path),
+            parent: Some(parent_below(base, path)),
         });
     }
 }

@@ -36,7 +36,7 @@ pub(super) struct Scan {
     pub(super) path: PathBuf,
     pub(super) volume: Found,
     /// The folder in the output's tree that it goes to by itself.
-    pub(super) parent: PathBuf,
+    pub(super) parent: Option<PathBuf>,
 }
 
 /// How the volume is had.

@@ -112,9 +112,10 @@ impl Scan {
     /// The folders that `{parent}` stands for: of what was found, those below the input; of what
     /// was typed, those typed.
     fn folders(&self) -> Vec<String> {
-        let typed = self.path.parent().unwrap_or(Path::new(""));
-        let folders = if self.parent.as_os_str().is_empty() { typed } else { &self.parent };
-        folders
+        let typed = || self.path.parent().unwrap_or(Path::new(""));
+        self.parent
+            .as_deref()
+            .unwrap_or_else(typed)
             .components()
             .filter_map(|c| match c {
                 Component::Normal(name) => Some(tame(&name.to_string_lossy())),
@@ -183,7 +184,8 @@ impl Scan {
         if several_levels {
             name = format!("{name}_iso{level}");
         }
-        let folders = self.parent.components().filter_map(|c| match c {
+        let below = self.parent.as_deref().unwrap_or(Path::new(""));
+        let folders = below.components().filter_map(|c| match c {
             Component::Normal(name) => Some(tame(&name.to_string_lossy())),
             _ => None,
         });
@@ -265,7 +267,7 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
             let Some(other) = taken.insert(path, &job.scan) else { continue };
             let (a, b) = (other.shown(), job.scan.shown());
             let hint = if other.path == job.scan.path {
-                "{series} and {iso} in --name tell the meshes of one input apart"
+                "an input or an --iso given twice? {series} and {iso} in --name tell the meshes of one input apart"
             } else {
                 "--name '{parent}/{file}' keeps folders and extensions apart"
             };

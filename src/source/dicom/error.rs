@@ -310,6 +310,9 @@ impl Failure for DicomError {
     fn hint(&self) -> Option<String> {
         match self {
             Self::File { fault, .. } => fault.hint(),
+            Self::NoImages { .. } => {
+                Some("--recursive takes NIfTI files and archives below a folder too".to_owned())
+            }
             Self::NoSuchSeries { .. } => {
                 Some("mcubes info lists the series with their numbers".to_owned())
             }

@@ -12,7 +12,14 @@ fn two_outputs_with_one_name_are_refused_before_any_work() {
     assert!(said.contains("hint: --name '{parent}/{file}'"), "{said}");
     assert_eq!(sandbox.files(), ["in"]);
     sandbox.ends(0, "in -r --iso 50 -o out -q --name {parent}/{file}");
-    assert_eq!(sandbox.names("out"), ["in/head.nii.gz.stl", "in/head.nii.stl"]);
+    assert_eq!(sandbox.names("out"), ["head.nii.gz.stl", "head.nii.stl"]);
+    // The folders below the input folder, even where one is called like it.
+    sandbox.copy(&synth.join("t_u8_le.nii"), "in/in/head.nii");
+    sandbox.ends(0, "in -r --iso 50 -o deep -q --name {parent}/{file}");
+    let names = ["head.nii.gz.stl", "head.nii.stl", "in/head.nii.stl"];
+    assert_eq!(sandbox.names("deep"), names);
+    sandbox.ends(0, "in/in/head.nii --iso 50 -o typed -q --name {parent}/{file}");
+    assert_eq!(sandbox.names("typed"), ["in/in/head.nii.stl"]);
     sandbox.ends(2, "in/head.nii --iso 1 --iso 2 -o out --name {stem}");
     sandbox.ends(2, "in/head.nii in/head.nii --iso 1 -o out");
 }
@@ -152,4 +159,31 @@ fn the_patient_is_read_only_where_a_name_is_to_tell() {
     let all =
         format!("{said}{reported:?}{}", String::from_utf8_lossy(&sandbox.bytes("plain/s.stl")));
     assert!(!all.contains("LEAKCHECK"), "{said}");
+}
+
+#[test]
+fn a_volume_that_is_not_there_is_not_another_one() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&repository("testdata/nifti/synth/t_u8_le.nii"), "a.nii");
+    let (said, _) = sandbox.ends(1, "a.nii --series 2 --iso 50 -o a.stl");
+    assert!(said.contains("a.nii: no series 2; there are 1"), "{said}");
+    sandbox.ends(0, "a.nii --series 1 --iso 50 -o a.stl -q");
+    let series = repository("testdata/dicom/good-series");
+    let (said, _) = sandbox.ends(1, &format!("{} --volume 2 --iso 300 -o b.stl", series.display()));
+    assert!(said.contains("volume 2 was asked for"), "{said}");
+    sandbox.ends(0, &format!("{} --volume 1 --iso 300 -o b.stl -q", series.display()));
+}
+
+#[test]
+fn a_dry_run_plans_what_is_left_of_the_volume() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&repository("testdata/ct_head.nii.gz"), "head.nii.gz");
+    let dims = |more: &str| {
+        let words = format!("head.nii.gz --iso 300 -o a.stl --dry-run --json {more}");
+        sandbox.ends(0, &words).1[0]["dims"].to_string()
+    };
+    assert_eq!(dims("--downsample 4"), "[48,60,24]");
+    assert_eq!(dims("--crop 0:10,0:20,0:30"), "[10,20,30]");
+    sandbox.ends(1, "head.nii.gz --iso 300 -o a.stl --dry-run --crop 0:1000,0:20,0:30");
+    assert_eq!(sandbox.files(), ["head.nii.gz"]);
 }
