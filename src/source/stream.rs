@@ -9,6 +9,9 @@ use super::layout::{IntoPlanes, Layout};
 use super::{OrderedPlanes, Planes, SourceError};
 use crate::volume::{Note, Sample};
 
+/// Bytes behind the samples that are read to be counted: some streams never end.
+const MOST_SURPLUS: u64 = 256 << 20;
+
 /// Bytes in order, plain or inflated.
 pub(super) enum ByteStream {
     Plain(Box<dyn Read + Send>),
@@ -96,7 +99,12 @@ impl<T: Sample> OrderedPlanes<T> for StreamPlanes {
 
     fn finish(&mut self) -> Result<Vec<Note>, SourceError> {
         let owed = self.layout.bytes_after();
-        let surplus = self.stream.skip(u64::MAX)?;
+        let most = match &self.stream {
+            // To its end, where its checksum is.
+            ByteStream::Gzip(_) => u64::MAX,
+            ByteStream::Plain(_) => owed.saturating_add(MOST_SURPLUS),
+        };
+        let surplus = self.stream.skip(most)?;
         if surplus < owed {
             return Err(self.layout.ends_early(self.at + surplus));
         }

@@ -73,3 +73,13 @@ fn doubtful_files_are_refused_or_read_with_the_right_values() {
         }
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn a_stream_without_an_end_is_one_of_the_wrong_size() {
+    let sandbox = crate::support::sandbox::Sandbox::new();
+    let (said, reported) =
+        sandbox.ends(1, "/dev/zero --dims 4x4x4 --type u8 --iso 40 -o a.stl --json");
+    assert_eq!(reported[0]["error"]["kind"], "size-mismatch", "{said}");
+    assert_eq!(sandbox.files(), [""; 0]);
+}
