@@ -282,7 +282,7 @@ fn add(ids: __m512i, by: [u8; 16]) -> __m512i {
 /// `n`.
 #[target_feature(enable = "avx512f")]
 #[inline]
-fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
+pub(super) fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
     let out = out.get_mut(at..).unwrap_or_default();
     if let Some(slots) = out.first_chunk_mut::<16>() {
         *slots = must_cast(ids);

@@ -12,6 +12,8 @@ use super::super::bits::BitPlane;
 use super::super::cpu::Cpu;
 use super::super::tetra::{Between, Crossings, Kind, Region, TetraTriangles};
 use super::super::vertices::Placing;
+#[cfg(target_arch = "x86_64")]
+use super::avx512::store;
 use crate::mesh::Position;
 use crate::volume::Sample;
 
@@ -101,21 +103,4 @@ fn emit_avx512(triangles: &TetraTriangles<'_>, out: &mut [u32]) {
         }
         at
     });
-}
-
-/// Stores all sixteen ids where there is room, since what follows is written later; else the first
-/// `n`.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-#[inline]
-fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
-    let out = out.get_mut(at..).unwrap_or_default();
-    if let Some(slots) = out.first_chunk_mut::<16>() {
-        *slots = must_cast(ids);
-    } else {
-        let ids: [u32; 16] = must_cast(ids);
-        for (slot, id) in out.iter_mut().zip(ids).take(n) {
-            *slot = id;
-        }
-    }
 }
