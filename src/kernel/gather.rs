@@ -48,6 +48,21 @@ impl Gathered {
         }
     }
 
+    /// Adds `n` crossings, 64 at most, of which `block` gives sixteen at a time.
+    #[inline(always)]
+    pub(super) fn extend(&mut self, n: usize, block: impl Fn(usize) -> ([u32; 16], [u32; 16])) {
+        let at = self.n;
+        self.n += n;
+        for b in 0..n.div_ceil(16).max(1) {
+            let from = at + 16 * b;
+            let c = self.c.get_mut(from..).and_then(<[u32]>::first_chunk_mut);
+            let r = self.r.get_mut(from..).and_then(<[u32]>::first_chunk_mut);
+            if let (Some(c), Some(r)) = (c, r) {
+                (*c, *r) = block(b);
+            }
+        }
+    }
+
     /// All of them in order, [`LANES`] at once; the last lanes may hold crossings of old.
     #[inline(always)]
     pub(super) fn batches(&self) -> impl Iterator<Item = (&[u32; LANES], &[u32; LANES])> {

@@ -39,45 +39,63 @@ pub(super) struct LayerVertices<'a> {
     pub(super) y: &'a mut [Position],
 }
 
+/// What an instruction set does with crossings: gathers those of a word (whose first bit stands for
+/// a place in a row), and makes what is wanted of all that are gathered.
+pub(super) struct Means<G, P> {
+    pub(super) gather: G,
+    pub(super) place: P,
+}
+
 impl Placing {
     /// The vertices of a layer between two planes one `step` apart, each family by (y, x). `words`
-    /// are those that hold its crossings; `place` makes the vertices of gathered ones.
+    /// are those that hold its crossings, `near` the planes that are looked at to place them.
     ///
     /// Inlined into one function an instruction set, as the others here.
     #[inline(always)]
-    pub(super) fn layer_with<T: Sample>(
+    pub(super) fn layer_with<T: Sample, G, P, const N: usize>(
         &self,
         words: &[ActiveWord],
         [before, after]: [Plane<'_, T>; 2],
+        near: [&[T]; N],
         step: Vec3,
         out: LayerVertices<'_>,
-        place: impl Fn(&Family<'_, T>, &Gathered, &mut [Position]),
-    ) {
+        means: &Means<G, P>,
+    ) where
+        G: Fn(&mut Gathered, u64, u32, u32),
+        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+    {
         let mut x = Edges::new(Family::x(self, &after), out.x);
         let mut y = Edges::new(Family::y(self, &after), out.y);
         let mut z = Edges::new(Family::z(self, [&before, &after], step), out.z);
         let has_z = !(self.open && (before.samples.is_empty() || after.samples.is_empty()));
         for &ActiveWord { q, w } in words {
             let (at, w) = (q as usize, w as usize);
-            x.add(self.x_crossings(after.bits, at, w), w, q - 1, &place);
-            y.add(self.y_crossings(after.bits, at, w), w, q - 1, &place);
+            // Since they were compared the samples may have left the nearer caches.
+            for plane in near {
+                super::simd::ask(plane, (at - 1) * self.dims.0 + 64 * w);
+            }
+            x.add(self.x_crossings(after.bits, at, w), w, q - 1, means);
+            y.add(self.y_crossings(after.bits, at, w), w, q - 1, means);
             if has_z {
-                z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, &place);
+                z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, means);
             }
         }
-        x.flush(&place);
-        y.flush(&place);
-        z.flush(&place);
+        x.flush(means);
+        y.flush(means);
+        z.flush(means);
     }
 
     /// The vertices on the X edges of a plane, then those on its Y edges.
     #[inline(always)]
-    pub(super) fn ghosts_with<T: Sample>(
+    pub(super) fn ghosts_with<T: Sample, G, P>(
         &self,
         plane: Plane<'_, T>,
         out: &mut [Position],
-        place: impl Fn(&Family<'_, T>, &Gathered, &mut [Position]),
-    ) {
+        means: &Means<G, P>,
+    ) where
+        G: Fn(&mut Gathered, u64, u32, u32),
+        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+    {
         let bits = plane.bits;
         let (x, y) = out.split_at_mut(bits.n_x() as usize);
         let mut x = Edges::new(Family::x(self, &plane), x);
@@ -87,35 +105,43 @@ impl Placing {
             for w in 0..bits.row_words() {
                 let (i, j) = (self.x_crossings(bits, q, w), self.y_crossings(bits, q, w));
                 if i | j != 0 {
-                    x.add(i, w, q as u32 - 1, &place);
-                    y.add(j, w, q as u32 - 1, &place);
+                    x.add(i, w, q as u32 - 1, means);
+                    y.add(j, w, q as u32 - 1, means);
                 }
             }
         }
-        x.flush(&place);
-        y.flush(&place);
+        x.flush(means);
+        y.flush(means);
     }
 
     /// The crossed X edges of word `w` of row `q`.
     #[inline(always)]
     fn x_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
         let word = bits.word(q, w);
-        let crossed = word ^ (word << 1 | bits.carry(q, w));
-        if !self.open {
-            return crossed;
-        }
-        let nx = self.dims.0;
-        let last = if w == nx / 64 { 1 << (nx % 64) } else { 0 };
-        crossed & !(u64::from(w == 0) | last)
+        (word ^ (word << 1 | bits.carry(q, w))) & self.x_mask(w)
     }
 
     /// The crossed Y edges between rows `q - 1` and `q`.
     #[inline(always)]
     fn y_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
-        if self.open && (q == 1 || q == self.dims.1 + 1) {
-            return 0;
+        (bits.word(q - 1, w) ^ bits.word(q, w)) & self.y_mask(q)
+    }
+
+    /// The X edges of word `w` that may have vertices: without those of the border, if it is open.
+    #[inline(always)]
+    fn x_mask(&self, w: usize) -> u64 {
+        if !self.open {
+            return !0;
         }
-        bits.word(q - 1, w) ^ bits.word(q, w)
+        let nx = self.dims.0;
+        let last = if w == nx / 64 { 1 << (nx % 64) } else { 0 };
+        !(u64::from(w == 0) | last)
+    }
+
+    /// The same for the Y edges before row `q`.
+    #[inline(always)]
+    fn y_mask(&self, q: usize) -> u64 {
+        if self.open && (q == 1 || q == self.dims.1 + 1) { 0 } else { !0 }
     }
 }
 
@@ -133,25 +159,26 @@ impl<'a, 'o, T: Sample> Edges<'a, 'o, T> {
 
     /// Adds the edges of word `w` in row `r`.
     #[inline(always)]
-    fn add(
-        &mut self,
-        crossed: u64,
-        w: usize,
-        r: u32,
-        place: &impl Fn(&Family<'_, T>, &Gathered, &mut [Position]),
-    ) {
+    fn add<G, P>(&mut self, crossed: u64, w: usize, r: u32, means: &Means<G, P>)
+    where
+        G: Fn(&mut Gathered, u64, u32, u32),
+        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+    {
         if self.gathered.is_full() {
-            self.flush(place);
+            self.flush(means);
         }
-        self.gathered.add(crossed, 64 * w as u32, r);
+        (means.gather)(&mut self.gathered, crossed, 64 * w as u32, r);
     }
 
     /// Places all that is gathered.
     #[inline(always)]
-    fn flush(&mut self, place: &impl Fn(&Family<'_, T>, &Gathered, &mut [Position])) {
+    fn flush<G, P>(&mut self, means: &Means<G, P>)
+    where
+        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+    {
         let out = std::mem::take(&mut self.out);
         if let Some((now, later)) = out.split_at_mut_checked(self.gathered.len()) {
-            place(&self.family, &self.gathered, now);
+            (means.place)(&self.family, &self.gathered, now);
             self.out = later;
         }
         self.gathered.clear();

@@ -13,12 +13,12 @@ use crate::volume::Sample;
 pub(in crate::kernel) struct Around<'a, T> {
     /// The planes before `a`, of `a`, after it, and the one after that; the last one there is where
     /// the volume ends before.
-    pub(super) planes: [&'a [T]; 4],
-    pub(super) dims: (usize, usize),
+    pub(in crate::kernel) planes: [&'a [T]; 4],
+    pub(in crate::kernel) dims: (usize, usize),
     /// 1 where values rise from the iso value into the inside, else -1.
     pub(super) sign: f64,
     pub(super) frame: Frame,
-    pub(super) making: Making,
+    pub(in crate::kernel) making: Making,
 }
 
 impl<T: Sample> Around<'_, T> {
@@ -26,7 +26,11 @@ impl<T: Sample> Around<'_, T> {
     ///
     /// Inlined into one function an instruction set.
     #[inline(always)]
-    pub(super) fn normals<const AXIS: usize>(&self, edges: &Gathered, out: &mut [Normal]) {
+    pub(in crate::kernel) fn normals<const AXIS: usize>(
+        &self,
+        edges: &Gathered,
+        out: &mut [Normal],
+    ) {
         let mut lanes = Lanes::new();
         let mut edges = edges.iter();
         let [columns, rows] = self.within::<AXIS>();
@@ -62,7 +66,7 @@ impl<T: Sample> Around<'_, T> {
 
     /// Where edges have all their neighbours, by place and row. Those are counted from the border
     /// along the edges' own axis, as the families of edges do.
-    fn within<const AXIS: usize>(&self) -> [Within; 2] {
+    pub(in crate::kernel) fn within<const AXIS: usize>(&self) -> [Within; 2] {
         let (nx, ny) = self.dims;
         [Within::of(nx, AXIS == 0), Within::of(ny, AXIS == 1)]
     }
@@ -109,6 +113,12 @@ impl<T: Sample> Around<'_, T> {
                 each().for_each(|(l, at)| [p[l], q[l]] = [plane[at - nx], plane[at + nx]]);
             }
         }
+    }
+
+    /// The normal at the vertex of any edge.
+    #[cold]
+    pub(in crate::kernel) fn one<const AXIS: usize>(&self, c: u32, r: u32) -> Normal {
+        self.at_border::<AXIS>(c, r)
     }
 
     /// The normal at the vertex of an edge at the border, or into it.
@@ -212,9 +222,9 @@ impl<T: Sample> Around<'_, T> {
 
 /// From the first number to behind the last.
 #[derive(Clone, Copy)]
-struct Within {
-    first: u32,
-    n: u32,
+pub(in crate::kernel) struct Within {
+    pub(in crate::kernel) first: u32,
+    pub(in crate::kernel) n: u32,
 }
 
 impl Within {

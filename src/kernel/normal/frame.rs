@@ -54,11 +54,11 @@ fn scaled_to_one(vectors: [Vec3; 3]) -> [Vec3; 3] {
 
 /// How the samples of a plane, of the one before it and of the one after it give the slope along k.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Across {
+pub(in crate::kernel) struct Across {
     /// Factors of the differences to the plane before and to the one after.
-    pub(super) weights: [f64; 2],
+    pub(in crate::kernel) weights: [f64; 2],
     /// How much of the slopes along i and j that has in it, to be taken off.
-    pub(super) lean: [f64; 2],
+    pub(in crate::kernel) lean: [f64; 2],
 }
 
 impl Across {

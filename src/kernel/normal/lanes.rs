@@ -21,19 +21,19 @@ pub(super) type Star<S> = [S; 12];
 
 /// A gradient leads against its edge where it leans back by more than this: the square of the
 /// cotangent of 14 degrees.
-pub(super) const AGAINST: f64 = 16.0;
+pub(in crate::kernel) const AGAINST: f64 = 16.0;
 
 /// What the gradients of one family of edges are made with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Making {
-    pub(super) level: f64,
-    pub(super) epsilon: f64,
+pub(in crate::kernel) struct Making {
+    pub(in crate::kernel) level: f64,
+    pub(in crate::kernel) epsilon: f64,
     /// For the planes of `a` and of `b`.
-    pub(super) across: [Across; 2],
+    pub(in crate::kernel) across: [Across; 2],
     /// Outward directions of slopes along i, j and k.
-    pub(super) columns: [[f64; 3]; 3],
+    pub(in crate::kernel) columns: [[f64; 3]; 3],
     /// What the squares of slopes along i, j and k are multiplied by to be compared.
-    pub(super) squares: [f64; 3],
+    pub(in crate::kernel) squares: [f64; 3],
 }
 
 /// Edges whose neighbours are all there, on their way from samples to normals.

@@ -15,9 +15,9 @@ mod around;
 mod frame;
 mod lanes;
 
-pub(super) use around::Around;
+pub(super) use around::{Around, Within};
 use frame::{Across, Frame};
-use lanes::Making;
+pub(super) use lanes::{AGAINST, Making};
 
 use super::cube::{corner_at, edge_axis, edge_corners};
 use super::decide::gradient;
@@ -47,6 +47,12 @@ impl<T: Sample> Surroundings<'_, T> {
     /// The unit vector that stands for a cap's outward direction along the grid's axes.
     pub(super) fn cap(&self, outward: Vec3) -> Normal {
         self.frame.unit(outward).unwrap_or(UPWARD)
+    }
+
+    /// The planes that are looked at besides those whose edges have the vertices.
+    pub(super) fn outer_planes(&self) -> [&[T]; 2] {
+        let either = self.between.as_ref().or(self.plane.as_ref());
+        either.map_or([&[]; 2], |&Around { planes: [before, .., beyond], .. }| [before, beyond])
     }
 
     /// The normals of the vertices on gathered edges of one family.

@@ -12,7 +12,7 @@ use super::super::gather::Gathered;
 use super::super::key::Threshold;
 use super::super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
 use super::super::normal::Surroundings;
-use super::super::vertices::{LayerVertices, Placing, Plane};
+use super::super::vertices::{LayerVertices, Means, Placing, Plane};
 use super::prefetch;
 use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
@@ -185,12 +185,16 @@ pub(super) fn vertices<T: Sample>(
     step: Vec3,
     out: LayerVertices<'_>,
 ) {
-    placing.layer_with(words, planes, step, out, |f, g, out| f.place(g, out));
+    let near = planes.map(|plane| plane.samples);
+    let place = |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| f.place(g, out);
+    let means = Means { gather: Gathered::add, place };
+    placing.layer_with(words, planes, near, step, out, &means);
 }
 
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
-    placing.ghosts_with(plane, out, |f, g, out| f.place(g, out));
+    let place = |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| f.place(g, out);
+    placing.ghosts_with(plane, out, &Means { gather: Gathered::add, place });
 }
 
 /// Normals, the plain code compiled for wider registers.
@@ -203,7 +207,11 @@ pub(super) fn normals<T: Sample>(
     around: &Surroundings<'_, T>,
     out: LayerVertices<'_>,
 ) {
-    placing.layer_with(words, planes, step, out, |f, g, out| gathered_normals(around, f, g, out));
+    let place = |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| {
+        gathered_normals(around, f, g, out);
+    };
+    let means = Means { gather: Gathered::add, place };
+    placing.layer_with(words, planes, around.outer_planes(), step, out, &means);
 }
 
 /// A function of its own, so that it is compiled once for all places that call it.

@@ -7,18 +7,12 @@ use bytemuck::must_cast;
 
 use super::super::bits::BitPlane;
 use super::super::emit::Triangles;
-use super::super::family::Family;
-use super::super::gather::{Gathered, LANES};
 use super::super::key::Threshold;
 use super::super::layer::{
     ActiveWord, CASE_SLACK, Cells, Counts, FourRows, Layer, RowCells, RowMask, RowOut, SLOW,
     SlowCell,
 };
-use super::super::vertices::{LayerVertices, Placing, Plane};
 use super::prefetch;
-use crate::geom::vec3::Vec3;
-use crate::mesh::Position;
-use crate::volume::Sample;
 
 macro_rules! key {
     ($key:ident, |$v:ident, $flip:ident, $at:ident| $reaches:expr, $set:ident) => {
@@ -292,86 +286,4 @@ pub(super) fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
             *slot = id;
         }
     }
-}
-
-/// Vertices, eight at once.
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn vertices<T: Sample>(
-    placing: &Placing,
-    words: &[ActiveWord],
-    planes: [Plane<'_, T>; 2],
-    step: Vec3,
-    out: LayerVertices<'_>,
-) {
-    placing.layer_with(words, planes, step, out, |family, gathered, out| {
-        place(family, gathered, out);
-    });
-}
-
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
-    placing.ghosts_with(plane, out, |family, gathered, out| place(family, gathered, out));
-}
-
-/// The definition is `Family::vertex`: the same operations in the same order.
-#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt,lzcnt")]
-fn place<T: Sample>(family: &Family<'_, T>, gathered: &Gathered, out: &mut [Position]) {
-    let set = |x: f64| _mm512_set1_pd(x);
-    let (level, epsilon) = (set(family.level), set(family.epsilon));
-    let most = set(1.0 - family.epsilon);
-    let (origin, step) = (family.origin.map(set), family.step.map(set));
-    let (step_i, step_j) = (family.step_i.map(set), family.step_j.map(set));
-    let (back_i, back_j) = (set(family.back_ij[0]), set(family.back_ij[1]));
-    let same = |a: __m256i, b: u32| _mm256_cmpeq_epi32_mask(a, _mm256_set1_epi32(b as i32));
-    let all = family.cap.map(|all| if all { 0xFF } else { 0 });
-    // Whole batches are stored as such; a store of any length would be a call each.
-    let (slots, last) = out.as_chunks_mut::<LANES>();
-    let (mut slots, mut rest) = (slots.iter_mut(), [[0.0; 3]; LANES]);
-    for (c, r) in gathered.batches() {
-        let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            [a[lane], b[lane]] = family.values(c[lane], r[lane]);
-        }
-        let (a, b): (__m512d, __m512d) = (must_cast(a), must_cast(b));
-        let (c, r): (__m256i, __m256i) = (must_cast(*c), must_cast(*r));
-
-        let rise = _mm512_sub_pd(b, a);
-        let t = _mm512_div_pd(_mm512_sub_pd(level, a), rise);
-        let t = _mm512_min_pd(_mm512_max_pd(t, epsilon), most);
-        let infinity = set(f64::INFINITY);
-        let finite = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(_mm512_abs_pd(rise), infinity);
-        let t = _mm512_mask_blend_pd(finite, set(0.5), t);
-        let into = all[1] | same(c, family.border_c[1]) | same(r, family.border_r[1]);
-        let from = all[0] | same(c, family.border_c[0]) | same(r, family.border_r[0]);
-        let t = _mm512_mask_blend_pd(into, t, epsilon);
-        let t = _mm512_mask_blend_pd(from, t, most);
-
-        let i = _mm512_sub_pd(_mm512_cvtepu32_pd(c), back_i);
-        let j = _mm512_sub_pd(_mm512_cvtepu32_pd(r), back_j);
-        let along = |axis: usize| {
-            let row = _mm512_add_pd(origin[axis], _mm512_mul_pd(j, step_j[axis]));
-            let sample = _mm512_add_pd(row, _mm512_mul_pd(i, step_i[axis]));
-            _mm512_cvtpd_ps(_mm512_add_pd(sample, _mm512_mul_pd(t, step[axis])))
-        };
-        let vertices = interleaved(along(0), along(1), along(2));
-        *slots.next().unwrap_or(&mut rest) = vertices;
-    }
-    last.copy_from_slice(&rest[..last.len()]);
-}
-
-/// x, y and z of eight positions, as they stand in memory.
-#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-#[inline]
-fn interleaved(x: __m256, y: __m256, z: __m256) -> [Position; LANES] {
-    // Lane n of xy is x of n, lane 8 + n is y of n; lanes from 16 on are those of z.
-    const FIRST: [u32; 16] = [0, 8, 16, 1, 9, 17, 2, 10, 18, 3, 11, 19, 4, 12, 20, 5];
-    const LAST: [u32; 16] = [13, 21, 6, 14, 22, 7, 15, 23, 0, 0, 0, 0, 0, 0, 0, 0];
-    let xy = _mm512_insertf32x8::<1>(_mm512_castps256_ps512(x), y);
-    let z = _mm512_castps256_ps512(z);
-    let first: [f32; 16] = must_cast(_mm512_permutex2var_ps(xy, must_cast(FIRST), z));
-    let last: [f32; 16] = must_cast(_mm512_permutex2var_ps(xy, must_cast(LAST), z));
-    let mut all = [0.0; 24];
-    all[..16].copy_from_slice(&first);
-    all[16..].copy_from_slice(&last[..8]);
-    must_cast(all)
 }

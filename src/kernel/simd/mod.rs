@@ -1,9 +1,9 @@
 //! The loops of the kernel, compiled once an instruction set, and the choice among them.
 //!
 //! Each set has a file whose functions are safe and enabled for that set. What is `unsafe` is only
-//! the call of such a function from here, after [`Cpu`] said that the processor has the set: a
-//! `Cpu` above `Sse2` comes from detection alone. Each set gives the same bits as the plain code,
-//! which is the definition.
+//! the call of such a function from here, after [`Cpu`] said that the processor has the set (a
+//! `Cpu` above `Sse2` comes from detection alone), hints, and the gathers of `samples512`. Each set
+//! gives the same bits as the plain code, which is the definition.
 #![allow(unsafe_code)]
 #![allow(
     clippy::redundant_closure_for_method_calls,
@@ -15,15 +15,23 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 #[cfg(target_arch = "x86_64")]
+mod normals512;
+#[cfg(target_arch = "x86_64")]
+mod samples512;
+#[cfg(target_arch = "x86_64")]
 mod sse2;
+#[cfg(target_arch = "x86_64")]
+mod vertices512;
 
 use super::bits::BitPlane;
 use super::cpu::Cpu;
 use super::emit::Triangles;
+use super::family::Family;
+use super::gather::Gathered;
 use super::key::Threshold;
 use super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
 use super::normal::Surroundings;
-use super::vertices::{LayerVertices, Placing, Plane};
+use super::vertices::{LayerVertices, Means, Placing, Plane};
 use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
 use crate::volume::Sample;
@@ -82,12 +90,26 @@ keys!(i8, i16, i32, f32, f64);
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn prefetch<T>(chunk: &[T; 64]) {
-    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
     const AHEAD_BYTES: usize = 1024;
-    for line in 0..size_of::<T>() {
-        let ahead = chunk.as_ptr().wrapping_byte_add(AHEAD_BYTES + 64 * line);
+    ask_lines(chunk.as_ptr().wrapping_byte_add(AHEAD_BYTES), size_of::<T>());
+}
+
+/// Asks for the 64 samples from a place on, which may go beyond the plane.
+#[inline(always)]
+pub(super) fn ask<T>(plane: &[T], from: usize) {
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (plane, from);
+    #[cfg(target_arch = "x86_64")]
+    ask_lines(plane.as_ptr().wrapping_add(from), size_of::<T>());
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn ask_lines<T>(from: *const T, n: usize) {
+    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+    for line in 0..n {
         // SAFETY: a hint, which may name any address.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(ahead.cast()) };
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(from.wrapping_byte_add(64 * line).cast()) };
     }
 }
 
@@ -134,12 +156,14 @@ pub(super) fn vertices<T: Sample>(
     step: Vec3,
     out: LayerVertices<'_>,
 ) {
+    let near = planes.map(|plane| plane.samples);
+    let means = Means { gather: Gathered::add, place: place_one_by_one };
     dispatch!(
         cpu,
-        placing.layer_with(words, planes, step, out, |f, g, out| f.place(g, out)),
-        placing.layer_with(words, planes, step, out, |f, g, out| f.place(g, out)),
+        placing.layer_with(words, planes, near, step, out, &means),
+        placing.layer_with(words, planes, near, step, out, &means),
         avx2::vertices(placing, words, planes, step, out),
-        avx512::vertices(placing, words, planes, step, out)
+        vertices512::vertices(placing, words, planes, step, out)
     );
 }
 
@@ -150,13 +174,18 @@ pub(super) fn ghosts<T: Sample>(
     plane: Plane<'_, T>,
     out: &mut [Position],
 ) {
+    let means = Means { gather: Gathered::add, place: place_one_by_one };
     dispatch!(
         cpu,
-        placing.ghosts_with(plane, out, |f, g, out| f.place(g, out)),
-        placing.ghosts_with(plane, out, |f, g, out| f.place(g, out)),
+        placing.ghosts_with(plane, out, &means),
+        placing.ghosts_with(plane, out, &means),
         avx2::ghosts(placing, plane, out),
-        avx512::ghosts(placing, plane, out)
+        vertices512::ghosts(placing, plane, out)
     );
+}
+
+fn place_one_by_one<T: Sample>(family: &Family<'_, T>, edges: &Gathered, out: &mut [Position]) {
+    family.place(edges, out);
 }
 
 /// Makes the normals of a layer's vertices, in step with them.
@@ -174,7 +203,7 @@ pub(super) fn normals<T: Sample>(
         portable_normals(placing, words, planes, step, around, out),
         portable_normals(placing, words, planes, step, around, out),
         avx2::normals(placing, words, planes, step, around, out),
-        avx2::normals(placing, words, planes, step, around, out)
+        normals512::normals(placing, words, planes, step, around, out)
     );
 }
 
@@ -186,5 +215,9 @@ fn portable_normals<T: Sample>(
     around: &Surroundings<'_, T>,
     out: LayerVertices<'_>,
 ) {
-    placing.layer_with(words, planes, step, out, |f, g, out| around.normals(f, g, out));
+    let means = Means {
+        gather: Gathered::add,
+        place: |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| around.normals(f, g, out),
+    };
+    placing.layer_with(words, planes, around.outer_planes(), step, out, &means);
 }

@@ -1,7 +1,7 @@
 //! The same bytes however the work is cut, in memory and in files.
 
 use mcubes::geom::{Affine, Grid, Space};
-use mcubes::kernel::{Cpu, Method, Rule, Side};
+use mcubes::kernel::{Classify, Cpu, Method, Rule, Side};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use mcubes::volume::Rescale;
 use ndarray::Array3;
@@ -9,6 +9,7 @@ use proptest::prelude::*;
 
 use super::{Found, by_kernel, dims_of, mesh_by, uneven};
 use crate::support::random::Random;
+use crate::surface::wild_f32;
 
 fn size() -> impl Strategy<Value = (usize, usize, usize)> {
     let n = || prop_oneof![5 => 1..7usize, 1 => Just(1usize)];
@@ -53,6 +54,42 @@ proptest! {
                 prop_assert_eq!(&found, &expected, "{:?}", cpu);
             }
         }
+    }
+}
+
+/// Positions and normals, as bits.
+fn found_by<T: Classify>(v: &Array3<T>, iso: f64, side: Side, cpu: Cpu) -> [Vec<[u32; 3]>; 2] {
+    let grid = Grid::new(dims_of(&v.view()), Affine::IDENTITY);
+    let rule = Rule { iso, side, method: Method::Cubes, open: false };
+    let (vertices, normals) =
+        by_kernel(v.view(), (&grid, Space::Ras), Rescale::IDENTITY, rule, cpu);
+    [vertices, normals].map(|points| points.iter().map(|p| p.map(f32::to_bits)).collect())
+}
+
+fn is_the_same_by_all_instructions<T: Classify>(v: &Array3<T>, iso: f64) {
+    for side in [Side::AtLeast, Side::Below] {
+        let expected = found_by(v, iso, side, Cpu::Scalar);
+        for cpu in [Cpu::Sse2, Cpu::Avx2, Cpu::Avx512] {
+            assert_eq!(found_by(v, iso, side, cpu), expected, "{:?} {side:?} {cpu:?}", T::TYPE);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn the_whole_range_of_every_type_gives_the_same_bytes_by_all_instructions(
+        v in volume(any::<u32>()), wild in volume(wild_f32())
+    ) {
+        is_the_same_by_all_instructions(&v.mapv(|x| x as u8), 127.5);
+        is_the_same_by_all_instructions(&v.mapv(|x| x as i8), 0.5);
+        is_the_same_by_all_instructions(&v.mapv(|x| x as u16), 32_768.0);
+        is_the_same_by_all_instructions(&v.mapv(|x| x as i16), -0.5);
+        is_the_same_by_all_instructions(&v, 2_147_483_648.0);
+        is_the_same_by_all_instructions(&v.mapv(|x| x as i32), 0.0);
+        is_the_same_by_all_instructions(&wild, 0.0);
+        is_the_same_by_all_instructions(&wild.mapv(|x| f64::from(x) * 1e200), 0.0);
     }
 }
 
