@@ -81,6 +81,12 @@ fn head_one_thread(bencher: Bencher<'_, '_>, n: usize) {
 }
 
 #[divan::bench(args = SIZES, sample_count = 7, sample_size = 1)]
+fn head_with_normals_one_thread(bencher: Bencher<'_, '_>, n: usize) {
+    let surface = SurfaceOptions { normals: true, ..SurfaceOptions::at(300.0) };
+    measure(bencher, &head(n), surface, 1);
+}
+
+#[divan::bench(args = SIZES, sample_count = 7, sample_size = 1)]
 fn head_two_threads(bencher: Bencher<'_, '_>, n: usize) {
     measure(bencher, &head(n), SurfaceOptions::at(300.0), 2);
 }

@@ -32,11 +32,11 @@ def call(peer, *arguments):
     return [sys.executable, __file__, peer, *map(str, arguments)]
 
 
-def kernel_ms(program, name, size, iso, threads, cpu=""):
+def kernel_ms(program, name, size, iso, threads, cpu="", normals="no"):
     """The median of some calls after the first; triangles; memory."""
     volume = make(name, size, ".npy")
     if program == "mcubes":
-        line = [RELEASE / "examples/kernel", "--vol", volume, "--iso", iso, "--threads", threads, "--again", CALLS]
+        line = [RELEASE / "examples/kernel", "--vol", volume, "--iso", iso, "--threads", threads, "--again", CALLS, "--normals", normals]
     else:
         line = call(program, volume, iso, threads)
     environment = {**os.environ, **({"MCUBES_CPU": cpu} if cpu else {})}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs mcubes and what people use instead side by side, and prints tables of medians and ratios.
 
-    benches/peers/run.py [--size 512] [--rounds 5] [--parts kernel,command,memory,growth,huge]
+    benches/peers/run.py [--size 512] [--rounds 5] [--parts kernel,normals,command,growth,huge]
 
 Installs its peers into target/peers/venv, builds mcubes in release mode, makes its volumes in
 target/peers. In each round every program runs once, one after the other, so that a machine that
@@ -81,6 +81,21 @@ def kernel(size, rounds):
     table("Kernel against others, ct-i16, one thread, once", ["program", "mcubes ms", "its ms", "times faster"], rows)
 
 
+def normals(size, rounds):
+    """What a normal a vertex costs, against the kernel without."""
+    rows = []
+    for name, volume in VOLUMES.items():
+        if name == "empty-i16":
+            continue
+        without, more = [], []
+        for _ in range(rounds):
+            for asked, into in (("no", without), ("yes", more)):
+                into.append(kernel_ms("mcubes", name, size, volume.iso, 1, normals=asked)["ms"])
+        ratio = median(b / a for a, b in zip(without, more))
+        rows.append([name, f"{median(without):.1f}", f"{median(more):.1f}", f"{100 * ratio - 100:.0f} %"])
+    table(f"Normals, kernel, {size}^3, one thread, milliseconds", ["volume", "without", "with", "more"], rows)
+
+
 def whole_command(size, rounds):
     """File to file, against reading and copying alone, and against Python with VTK."""
     nii, gz = make("ct-i16", size, ".nii"), make("ct-i16", size, ".nii.gz")
@@ -121,7 +136,7 @@ def whole_command(size, rounds):
 def growth(rounds):
     """Time per voxel as volumes grow, and two threads against one."""
     rows = []
-    for name in ("ct-i16", "gyroid-i16"):
+    for name in ("ct-i16", "gyroid-56-i16"):
         for size in (256, 512, 768):
             per = {}
             for threads in (1, 2):
@@ -143,12 +158,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--parts", default="kernel,command,growth,huge")
+    parser.add_argument("--parts", default="kernel,normals,command,growth,huge")
     given = parser.parse_args()
     build = ["cargo", "build", "--release", "--locked", "--bin", "mcubes", "--example", "kernel", "--example", "inflate"]
     subprocess.run(build, check=True, cwd=ROOT)
     parts = {
         "kernel": lambda: kernel(given.size, given.rounds),
+        "normals": lambda: normals(given.size, given.rounds),
         "command": lambda: whole_command(given.size, given.rounds),
         "growth": lambda: growth(given.rounds),
         "huge": huge,

@@ -27,9 +27,9 @@ def head(n):
     return v + np.random.default_rng(1).normal(0, 35, v.shape).astype(np.float32)
 
 
-def gyroid(n):
-    """A gyroid with a period of 56 voxels: as dense at any size."""
-    a = np.arange(n, dtype=np.float32) * (2 * np.pi / 56)
+def gyroid(n, period):
+    """A gyroid with a period of so many voxels: as dense at any size."""
+    a = np.arange(n, dtype=np.float32) * (2 * np.pi / period)
     x, y, z = a[None, None, :], a[None, :, None], a[:, None, None]
     return 1000 * (np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x))
 
@@ -43,7 +43,8 @@ def empty(n):
 
 VOLUMES = {
     "ct-i16": Volume(lambda n: head(n).astype(np.int16), 300),
-    "gyroid-i16": Volume(lambda n: gyroid(n).astype(np.int16), 0),
+    "gyroid-120-i16": Volume(lambda n: gyroid(n, 120).astype(np.int16), 0),
+    "gyroid-56-i16": Volume(lambda n: gyroid(n, 56).astype(np.int16), 0),
     "empty-i16": Volume(empty, 300),
     "ct-u8": Volume(lambda n: np.clip((head(n) + 1000) / 8, 0, 255).astype(np.uint8), 162),
     "ct-f32": Volume(head, 300),
