@@ -15,6 +15,7 @@ mod convergence;
 mod dicom;
 mod dicom_hostile;
 mod dicom_refused;
+mod dicom_segments;
 mod dicom_synthetic;
 mod jpegls;
 mod nifti;

@@ -124,7 +124,7 @@ fn place(
     instances: &[Instance],
     mut notes: Vec<Note>,
 ) -> Option<DicomError> {
-    let (first, _) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
+    let (first, frame) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
     if first.is_mosaic {
         return Some(DicomError::Mosaic);
     }
@@ -134,15 +134,16 @@ fn place(
     };
     let positions: Vec<Vec3> =
         candidate.frames.iter().filter_map(|r| r.get(instances)?.1.position).collect();
-    let arranged = order::arrange(&facing, &positions, first.slice_spacing);
-    let arranged = match arranged {
+    let alone = frame.slice_spacing;
+    // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
+    let omitting = alone.filter(|_| first.is_segmentation);
+    let arranged = match order::arrange(&facing, &positions, alone, omitting) {
         Ok(Arranged { missing: Some(missing), .. })
             if first.is_segmentation && missing.count <= MOST_FILLED =>
         {
-            // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
             let filled = missing.fill(&positions, &mut candidate.frames, FrameRef::EMPTY);
             candidate.dims[2] = filled.len();
-            order::arrange(&facing, &filled, first.slice_spacing)
+            order::arrange(&facing, &filled, alone, omitting)
         }
         arranged => arranged,
     };

@@ -45,8 +45,6 @@ pub(super) struct Instance {
     pub(super) has_modality_lut: bool,
     /// InstanceNumber; 0 where there is none.
     pub(super) number: i64,
-    /// SpacingBetweenSlices, mm.
-    pub(super) slice_spacing: Option<f64>,
     /// Stored values that stand for nothing, both ends included.
     pub(super) padding: Option<(i64, i64)>,
     /// What is wrong with the pixels, seen without reading them.
@@ -65,6 +63,8 @@ pub(super) struct Frame {
     pub(super) orientation: Option<[f64; 6]>,
     /// PixelSpacing: between rows, between columns, mm.
     pub(super) spacing: Option<[f64; 2]>,
+    /// SpacingBetweenSlices, mm.
+    pub(super) slice_spacing: Option<f64>,
     pub(super) slope: f64,
     pub(super) inter: f64,
     /// What always separates volumes: stack, segment, energy window, time slot.
@@ -173,11 +173,6 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
             .ok()
             .flatten()
             .unwrap_or(0),
-        slice_spacing: header::number(
-            header,
-            tags::SPACING_BETWEEN_SLICES,
-            "SpacingBetweenSlices",
-        )?,
         padding,
         fault,
         frames,

@@ -14,6 +14,10 @@ const TOLERANCE: f64 = 0.01;
 /// A gap is a whole multiple of another within this part.
 const MULTIPLE: f64 = 0.02;
 
+/// Around a step that a file gives, which may be rounded, a gap is a multiple of it within this
+/// part of the step.
+const GIVEN: f64 = 0.25;
+
 /// So many equal wide gaps in a row are a spacing of their own, not missing slices.
 const DESIGNED_RUN: usize = 3;
 
@@ -89,7 +93,8 @@ pub(super) struct Missing {
 }
 
 /// Places slices given by the positions of their first samples (LPS, in order along the normal,
-/// no two alike). `alone` is the step of a single slice.
+/// no two alike). `alone` is the step of a single slice; `omitting` that of slices of which any may
+/// be left out: gaps that are multiples of it say that some were, however even they are.
 ///
 /// # Errors
 /// A grid that cannot be; positions that are no geometry.
@@ -97,6 +102,7 @@ pub(super) fn arrange(
     facing: &Facing,
     positions: &[Vec3],
     alone: Option<f64>,
+    omitting: Option<f64>,
 ) -> Result<Arranged, ArrangeError> {
     let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else {
         return Err(ArrangeError::TooFew);
@@ -120,6 +126,9 @@ pub(super) fn arrange(
     if !affine.is_usable() {
         return Err(ArrangeError::Flat);
     }
+    let places: Vec<f64> = positions.iter().map(|&p| facing.along(p)).collect();
+    let gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
+    let omitted = omitting.and_then(|step| multiples(&gaps, step, |_| GIVEN * step));
     let off = positions
         .iter()
         .enumerate()
@@ -128,13 +137,11 @@ pub(super) fn arrange(
     let lean = dot(step, normal).abs() / (norm(step) * norm(normal));
     let tilt_degrees = tilt(step, normal, lean);
     let mut grid = Grid::new(dims, affine);
-    if off <= TOLERANCE * norm(step) {
+    if off <= TOLERANCE * norm(step) && omitted.is_none() {
         return Ok(Arranged { grid, gaps_mm: None, tilt_degrees, missing: None });
     }
-    let places: Vec<f64> = positions.iter().map(|&p| facing.along(p)).collect();
-    let gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
     grid.plane_origins = Some(positions.iter().copied().map(ras).collect());
-    let missing = find_missing(&gaps);
+    let missing = omitted.or_else(|| find_missing(&gaps));
     Ok(Arranged { grid, gaps_mm: Some(gaps), tilt_degrees, missing })
 }
 
@@ -170,18 +177,7 @@ fn find_missing(gaps: &[f64]) -> Option<Missing> {
         gaps.iter().copied().filter(|g| *g <= least * (1.0 + MULTIPLE)).collect();
     narrow.sort_by(f64::total_cmp);
     let step_mm = narrow.get(narrow.len() / 2).copied()?;
-    let mut wide = Vec::new();
-    let mut count = 0_usize;
-    for (index, &gap) in gaps.iter().enumerate() {
-        let times = (gap / step_mm).round();
-        if (gap / step_mm - times).abs() > MULTIPLE * times || !(1.0..1e4).contains(&times) {
-            return None;
-        }
-        if times > 1.0 {
-            wide.push((index, gap));
-            count += times as usize - 1;
-        }
-    }
+    let missing = multiples(gaps, step_mm, |times| MULTIPLE * times * step_mm);
     // A run of equal wide gaps is how the series was taken.
     let mut run = 0;
     for pair in gaps.windows(2) {
@@ -189,6 +185,24 @@ fn find_missing(gaps: &[f64]) -> Option<Missing> {
         run = if wide_pair { run + 1 } else { 0 };
         if run + 1 >= DESIGNED_RUN {
             return None;
+        }
+    }
+    missing
+}
+
+/// The gaps of several steps, where all gaps are whole multiples of the step; how far one may be
+/// off is asked for by the multiple.
+fn multiples(gaps: &[f64], step_mm: f64, off_mm: impl Fn(f64) -> f64) -> Option<Missing> {
+    let mut wide = Vec::new();
+    let mut count = 0_usize;
+    for (index, &gap) in gaps.iter().enumerate() {
+        let times = (gap / step_mm).round();
+        if !(1.0..1e4).contains(&times) || (gap - times * step_mm).abs() > off_mm(times) {
+            return None;
+        }
+        if times > 1.0 {
+            wide.push((index, gap));
+            count += times as usize - 1;
         }
     }
     (!wide.is_empty()).then_some(Missing { count, gaps: wide, step_mm })
