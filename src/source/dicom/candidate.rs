@@ -204,8 +204,12 @@ fn meta(
     let all: Vec<_> = candidate.frames.iter().filter_map(|r| r.get(instances)).collect();
     let scale = all.first().map(|(_, f)| (f.slope, f.inter));
     let padding = all.first().map(|(i, _)| i.padding);
-    let same_scale = all.iter().all(|(_, f)| Some((f.slope, f.inter)) == scale);
-    candidate.uniform = same_scale && all.iter().all(|(i, _)| Some(i.padding) == padding);
+    let stored = first.layout.stored_type();
+    candidate.uniform = all.iter().all(|(i, f)| {
+        Some((f.slope, f.inter)) == scale
+            && Some(i.padding) == padding
+            && i.layout.stored_type() == stored
+    });
     let rescale = scale.filter(|_| candidate.uniform).and_then(|(s, i)| Rescale::new(s, i));
     let description = [candidate.series.description.clone(), candidate.apart.clone()];
     let description = description.into_iter().flatten().collect::<Vec<_>>().join(", ");
@@ -220,7 +224,7 @@ fn meta(
         gaps_mm,
         description: (!description.is_empty()).then_some(description),
         notes,
-        ..Meta::plain(Format::Dicom, grid, first.layout.stored_type())
+        ..Meta::plain(Format::Dicom, grid, stored)
     }
 }
 

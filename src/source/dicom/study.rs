@@ -7,6 +7,7 @@ use super::candidate::{Candidate, assess};
 use super::error::{DicomError, FileFault};
 use super::every::{Stray, strays};
 use super::instance::Instance;
+use super::neighbours;
 use super::pixels::Pixels;
 use super::planes;
 use super::series;
@@ -66,6 +67,7 @@ impl Study {
         cancel: &Cancel,
     ) -> Self {
         instances.sort_by(|a, b| series_order(a, b).then_with(|| a.name.cmp(&b.name)));
+        series::complete(&mut instances);
         let mut volumes: Vec<Candidate> = series::group(&instances)
             .into_iter()
             .flat_map(|group| series::split(group, &instances))
@@ -85,7 +87,7 @@ impl Study {
                 meta.n_volumes = n_volumes;
             }
         }
-        note_neighbours(&mut volumes, &instances);
+        neighbours::note(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
         let strays = strays(&volumes, &faults);
@@ -266,40 +268,6 @@ fn note_set_aside(volumes: &mut [Candidate], set_aside: &[SetAside]) {
     }
     for meta in volumes.iter_mut().filter_map(|v| v.meta.as_mut()) {
         meta.notes.push(Note::Other(format!("set aside: {found}")));
-    }
-}
-
-/// Says of each volume which images under its UID are not part of it for their orientation, size
-/// or spacing.
-fn note_neighbours(volumes: &mut [Candidate], instances: &[Instance]) {
-    let others: Vec<(String, Option<String>, usize, String)> = volumes
-        .iter()
-        .map(|v| {
-            let first = v.frames.first().and_then(|r| r.get(instances));
-            let name = first.map(|(i, _)| i.name.clone()).unwrap_or_default();
-            (v.series.uid.clone(), v.apart.clone(), v.series.n_images, name)
-        })
-        .collect();
-    for (index, volume) in volumes.iter_mut().enumerate() {
-        let mut left_out = 0;
-        let mut first = None;
-        for (other, (uid, apart, images, name)) in others.iter().enumerate() {
-            if other != index && *uid == volume.series.uid && *apart == volume.apart {
-                left_out += images;
-                first.get_or_insert(name);
-            }
-        }
-        let Some(first) = first else { continue };
-        let s = if left_out == 1 { "" } else { "s" };
-        let line = format!(
-            "{left_out} image{s} of the same series ({first}): another orientation, size or spacing, or no position"
-        );
-        if let Some(DicomError::MissingSlices { faults, .. }) = &mut volume.problem {
-            faults.clone_from(&line);
-        }
-        if let Some(meta) = &mut volume.meta {
-            meta.notes.push(Note::Other(format!("left out: {line}")));
-        }
     }
 }
 
