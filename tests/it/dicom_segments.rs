@@ -1,10 +1,11 @@
 //! DICOM segmentations: frames without a sample of the segment may be left out (PS3.3, C.8.20.2),
 //! and what is not stored is empty.
 
-use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study};
+use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Selector, Study};
 use tempfile::TempDir;
 
 use crate::dicom::values;
+use crate::support::dicom::Series;
 use crate::support::segments::{Measures, STEP, Segmentation};
 
 /// The one file as a study.
@@ -54,4 +55,33 @@ fn without_spacing_between_slices_the_narrowest_gap_is_the_step() {
 fn a_segment_of_one_slice_is_as_thick_as_spacing_between_slices_says() {
     assert_filled(&[7], Measures::Shared);
     assert_filled(&[7], Measures::PerFrame);
+}
+
+#[test]
+fn the_first_segment_is_the_first_volume_and_the_default_however_the_frames_are_ordered() {
+    // The second segment has more slices, and the first frame of the file.
+    let frames = [(10, 4), (2, 3), (10, 3), (1, 5), (2, 4), (2, 2), (1, 4), (10, 2)];
+    let (_folder, study) = scan(&Segmentation::binary(&frames, Measures::Shared));
+    let apart: Vec<_> = study.volumes.iter().filter_map(|v| v.apart.as_deref()).collect();
+    assert_eq!(apart, ["segment 1", "segment 2", "segment 10"]);
+    assert_eq!(study.default().unwrap(), 0);
+    assert_eq!(study.volumes[0].dims[2], 2);
+    let uid = study.volumes[0].series.uid.clone();
+    assert_eq!(study.choose(&Selector::Uid(uid)).unwrap(), 0);
+}
+
+#[test]
+fn a_label_map_is_a_segmentation_and_not_chosen_beside_images() {
+    let folder = TempDir::new().unwrap();
+    let images = Series::axial(5);
+    images.write(folder.path());
+    let label_map = Segmentation::label_map(20).file();
+    std::fs::write(folder.path().join("labels"), &label_map).unwrap();
+    let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+    assert_eq!(study.volumes.len(), 2);
+    assert_eq!(study.volumes[study.default().unwrap()].series.uid, images.uid);
+    assert_eq!(study.all(), [study.default().unwrap()]);
+    // By itself it is the volume.
+    let (_folder, study) = scan(&Segmentation::label_map(20));
+    assert_eq!(study.volumes[study.default().unwrap()].dims[2], 20);
 }

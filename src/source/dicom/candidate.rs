@@ -32,7 +32,7 @@ pub struct Candidate {
     pub meta: Option<Meta>,
     /// Why it cannot be meshed, if so.
     pub problem: Option<DicomError>,
-    /// Whether it is a segmentation (0 and 1; the surface is at 0.5).
+    /// Whether it is a segmentation (0 and 1, or labels; the surface is at 0.5).
     pub is_segmentation: bool,
     pub(super) frames: Vec<FrameRef>,
     pub(super) uniform: bool,

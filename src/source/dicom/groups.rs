@@ -64,6 +64,7 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
         slice_spacing: slice_spacing(header)?,
         slope,
         inter,
+        segment: None,
         apart: String::new(),
         mixed,
     })
@@ -109,6 +110,7 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     if let Some(segment) =
         text(tags::SEGMENT_IDENTIFICATION_SEQUENCE, tags::REFERENCED_SEGMENT_NUMBER)
     {
+        frame.segment = segment.parse().ok();
         frame.apart = format!("segment {segment}");
     }
     Ok(frame)

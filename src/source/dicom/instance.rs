@@ -67,6 +67,8 @@ pub(super) struct Frame {
     pub(super) slice_spacing: Option<f64>,
     pub(super) slope: f64,
     pub(super) inter: f64,
+    /// The number of the segment that a frame of a segmentation belongs to.
+    pub(super) segment: Option<u32>,
     /// What always separates volumes: stack, segment, energy window, time slot.
     pub(super) apart: String,
     /// What separates volumes where a series mixes them, by [`SPLITTERS`].
@@ -150,7 +152,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         Some(n) => return Err(bad("NumberOfFrames", &n.to_string(), "at least 1")),
     };
     let fault = pixel_fault(&blob, &layout, walked, &element, n_frames)?;
-    let is_segmentation = class.as_deref() == Some(set_aside::SEGMENTATION_CLASS);
+    let modality = header::label(header, tags::MODALITY);
+    let is_segmentation = set_aside::is_segmentation(class.as_deref(), modality.as_deref());
     let padding = padding(header, &layout)?;
     let frames = groups::frames(header, n_frames, &image_type, is_segmentation)?;
     Ok(Scanned::Image(Box::new(Instance {
@@ -164,7 +167,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         series_uid: header::text(header, tags::SERIES_INSTANCE_UID).unwrap_or_default(),
         series_number: series,
         description: header::label(header, tags::SERIES_DESCRIPTION),
-        modality: header::label(header, tags::MODALITY),
+        modality,
         frame_of_reference: header::text(header, tags::FRAME_OF_REFERENCE_UID),
         is_segmentation,
         is_mosaic: image_type.iter().any(|t| t == "MOSAIC"),

@@ -42,7 +42,7 @@ pub struct Study {
 pub enum Selector {
     /// By its number, from 1.
     Number(usize),
-    /// By its SeriesInstanceUID; the largest volume of it.
+    /// By its SeriesInstanceUID; the largest volume of it, of a segmentation the first segment.
     Uid(String),
 }
 
@@ -74,8 +74,9 @@ impl Study {
             .filter_map(|group| assess(group, &instances, cancel))
             .collect();
         let key = |c: &Candidate| {
-            let first = c.frames.first().and_then(|r| r.get(&instances)).map(|(i, _)| i);
-            first.map(|i| (number_key(i.series_number.as_deref()), i.series_uid.clone()))
+            let (i, frame) = c.frames.first().and_then(|r| r.get(&instances))?;
+            let number = number_key(i.series_number.as_deref());
+            Some((number, i.series_uid.clone(), frame.segment))
         };
         // Stable, so that parts of one series stay in the order of what sets them apart.
         volumes.sort_by_cached_key(key);
@@ -104,8 +105,8 @@ impl Study {
     }
 
     /// The volume that is meshed where none is asked for: the one with the most slices, the first
-    /// of them by SeriesNumber; a segmentation only where there is nothing else. An index into
-    /// `volumes`.
+    /// of them by SeriesNumber; a segmentation only where there is nothing else, and of it the first
+    /// segment. An index into `volumes`.
     ///
     /// # Errors
     /// Nothing that could be a volume. A volume that is refused for a gap or a bad file is still
@@ -222,10 +223,16 @@ impl Study {
     }
 }
 
-/// The one with the most slices, the first of them.
+/// The one with the most slices, the first of them; only the first segment of a segmentation counts.
 fn largest<'a>(of: impl Iterator<Item = (usize, &'a Candidate)>) -> Option<usize> {
     let mut best: Option<(usize, usize)> = None;
+    let mut before = None;
     for (index, volume) in of {
+        let is_later_segment = volume.is_segmentation && before == Some(&volume.series.uid);
+        before = Some(&volume.series.uid);
+        if is_later_segment {
+            continue;
+        }
         if best.is_none_or(|(_, most)| volume.dims[2] > most) {
             best = Some((index, volume.dims[2]));
         }
