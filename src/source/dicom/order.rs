@@ -14,6 +14,10 @@ const TOLERANCE: f64 = 0.01;
 /// A gap is a whole multiple of another within this part.
 const MULTIPLE: f64 = 0.02;
 
+/// Gaps of one step differ by this part of it at most. 0.625 mm rounded to 0.1 mm gives gaps of 0.6
+/// and 0.7 mm, which is 0.16; from half a step on, any gap would be a multiple.
+const SPREAD: f64 = 0.3;
+
 /// Around a step that a file gives, which may be rounded, a gap is a multiple of it within this
 /// part of the step.
 const GIVEN: f64 = 0.25;
@@ -170,24 +174,25 @@ fn tilt(step: Vec3, normal: Vec3, lean: f64) -> f64 {
     sine.atan2(lean).to_degrees()
 }
 
-/// Gaps that are whole multiples of the narrowest one, where all others are equal to it.
+/// Gaps that are whole multiples of the narrow ones, where all others are narrow: within
+/// [`MULTIPLE`], or within what the narrow ones differ among themselves, as positions that are
+/// written rounded make them.
 fn find_missing(gaps: &[f64]) -> Option<Missing> {
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut narrow: Vec<f64> =
-        gaps.iter().copied().filter(|g| *g <= least * (1.0 + MULTIPLE)).collect();
-    narrow.sort_by(f64::total_cmp);
-    let step_mm = narrow.get(narrow.len() / 2).copied()?;
-    let missing = multiples(gaps, step_mm, |times| MULTIPLE * times * step_mm);
-    // A run of equal wide gaps is how the series was taken.
-    let mut run = 0;
-    for pair in gaps.windows(2) {
-        let wide_pair = pair[0] > step_mm * 1.5 && (pair[1] / pair[0] - 1.0).abs() < MULTIPLE;
-        run = if wide_pair { run + 1 } else { 0 };
-        if run + 1 >= DESIGNED_RUN {
-            return None;
-        }
+    let is_narrow = |gap: f64| gap < 1.5 * least;
+    let narrow: Vec<f64> = gaps.iter().copied().filter(|&g| is_narrow(g)).collect();
+    let step_mm = narrow.iter().sum::<f64>() / narrow.len() as f64;
+    let spread = narrow.iter().copied().fold(least, f64::max) - least;
+    if spread > SPREAD * step_mm {
+        return None;
     }
-    missing
+    // A run of equal wide gaps is how the series was taken.
+    let times = |gap: f64| (gap / step_mm).round();
+    let designed = |run: &[f64]| run.iter().all(|&g| !is_narrow(g) && times(g) == times(run[0]));
+    if gaps.windows(DESIGNED_RUN).any(designed) {
+        return None;
+    }
+    multiples(gaps, step_mm, |times| spread.max(MULTIPLE * times * step_mm))
 }
 
 /// The gaps of several steps, where all gaps are whole multiples of the step; how far one may be
@@ -267,5 +272,18 @@ mod tests {
         assert!(find_missing(&[2.0, 2.0, 2.0, 4.0, 4.0, 4.0]).is_none());
         assert!(find_missing(&[2.0, 2.0, 3.0, 2.0]).is_none());
         assert!(find_missing(&[1.25, 6.25, 1.25]).is_some_and(|m| m.count == 4));
+    }
+
+    #[test]
+    fn slices_are_missed_among_gaps_that_rounding_makes_uneven_and_not_among_others() {
+        // Steps of 0.625 mm and of 1.25 mm, written to 0.1 mm; one position is left out.
+        let missing = find_missing(&[0.6, 0.7, 0.6, 0.6, 1.3, 0.6, 0.7]).expect("one is missing");
+        assert_eq!((missing.count, missing.gaps), (1, vec![(4, 1.3)]));
+        assert!(find_missing(&[1.2, 1.3, 1.2, 1.3, 2.5, 1.3]).is_some_and(|m| m.count == 1));
+        // The same without anything left out; steps that grow; two spacings.
+        assert!(find_missing(&[0.6, 0.7, 0.6, 0.6, 0.7]).is_none());
+        assert!(find_missing(&[1.0, 1.2, 1.4, 1.7, 2.0, 2.4]).is_none());
+        assert!(find_missing(&[0.6, 0.7, 0.6, 1.2, 1.3, 1.2]).is_none());
+        assert!(find_missing(&[2.0, 2.1, 2.0, 3.0, 2.1]).is_none());
     }
 }
