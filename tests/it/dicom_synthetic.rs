@@ -121,6 +121,25 @@ fn a_missing_slice_is_refused_with_its_place_and_spanned_when_asked() {
 }
 
 #[test]
+fn a_missing_slice_is_refused_among_positions_that_are_written_rounded() {
+    for step in [0.625, 1.25, 0.7] {
+        let mut series = Series::through(X, Y, [0.0, 0.0, step], 24);
+        for position in &mut series.positions {
+            position[2] = (position[2] * 10.0).round() / 10.0;
+        }
+        let folder = TempDir::new().unwrap();
+        series.write(folder.path());
+        assert!(scan(folder.path()).open(0, &OpenOptions::default()).is_ok(), "{step}");
+        series.positions.remove(11);
+        let folder = TempDir::new().unwrap();
+        series.write(folder.path());
+        let error = scan(folder.path()).open(0, &OpenOptions::default()).err().unwrap();
+        assert_eq!(error.kind(), Kind::MissingSlices, "{step}: {error}");
+        assert!(error.to_string().contains("1 slice is missing"), "{step}: {error}");
+    }
+}
+
+#[test]
 fn uneven_slices_are_meshed_where_they_lie() {
     let mut series = Series::axial(28);
     // Thinner towards the top.

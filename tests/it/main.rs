@@ -15,6 +15,8 @@ mod convergence;
 mod dicom;
 mod dicom_hostile;
 mod dicom_refused;
+mod dicom_segments;
+mod dicom_series;
 mod dicom_synthetic;
 mod jpegls;
 mod nifti;

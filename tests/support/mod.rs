@@ -9,6 +9,7 @@ pub(crate) mod dicom;
 pub mod manifold;
 pub mod oracle;
 pub mod sandbox;
+pub(crate) mod segments;
 
 use std::path::{Path, PathBuf};
 

@@ -32,7 +32,7 @@ pub struct Candidate {
     pub meta: Option<Meta>,
     /// Why it cannot be meshed, if so.
     pub problem: Option<DicomError>,
-    /// Whether it is a segmentation (0 and 1; the surface is at 0.5).
+    /// Whether it is a segmentation (0 and 1, or labels; the surface is at 0.5).
     pub is_segmentation: bool,
     pub(super) frames: Vec<FrameRef>,
     pub(super) uniform: bool,
@@ -124,7 +124,7 @@ fn place(
     instances: &[Instance],
     mut notes: Vec<Note>,
 ) -> Option<DicomError> {
-    let (first, _) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
+    let (first, frame) = candidate.frames.first().or(group.frames.first())?.get(instances)?;
     if first.is_mosaic {
         return Some(DicomError::Mosaic);
     }
@@ -134,15 +134,16 @@ fn place(
     };
     let positions: Vec<Vec3> =
         candidate.frames.iter().filter_map(|r| r.get(instances)?.1.position).collect();
-    let arranged = order::arrange(&facing, &positions, first.slice_spacing);
-    let arranged = match arranged {
+    let alone = frame.slice_spacing;
+    // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
+    let omitting = alone.filter(|_| first.is_segmentation);
+    let arranged = match order::arrange(&facing, &positions, alone, omitting) {
         Ok(Arranged { missing: Some(missing), .. })
             if first.is_segmentation && missing.count <= MOST_FILLED =>
         {
-            // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
             let filled = missing.fill(&positions, &mut candidate.frames, FrameRef::EMPTY);
             candidate.dims[2] = filled.len();
-            order::arrange(&facing, &filled, first.slice_spacing)
+            order::arrange(&facing, &filled, alone, omitting)
         }
         arranged => arranged,
     };
@@ -203,8 +204,12 @@ fn meta(
     let all: Vec<_> = candidate.frames.iter().filter_map(|r| r.get(instances)).collect();
     let scale = all.first().map(|(_, f)| (f.slope, f.inter));
     let padding = all.first().map(|(i, _)| i.padding);
-    let same_scale = all.iter().all(|(_, f)| Some((f.slope, f.inter)) == scale);
-    candidate.uniform = same_scale && all.iter().all(|(i, _)| Some(i.padding) == padding);
+    let stored = first.layout.stored_type();
+    candidate.uniform = all.iter().all(|(i, f)| {
+        Some((f.slope, f.inter)) == scale
+            && Some(i.padding) == padding
+            && i.layout.stored_type() == stored
+    });
     let rescale = scale.filter(|_| candidate.uniform).and_then(|(s, i)| Rescale::new(s, i));
     let description = [candidate.series.description.clone(), candidate.apart.clone()];
     let description = description.into_iter().flatten().collect::<Vec<_>>().join(", ");
@@ -219,7 +224,7 @@ fn meta(
         gaps_mm,
         description: (!description.is_empty()).then_some(description),
         notes,
-        ..Meta::plain(Format::Dicom, grid, first.layout.stored_type())
+        ..Meta::plain(Format::Dicom, grid, stored)
     }
 }
 

@@ -61,8 +61,10 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
         position: position(header)?,
         orientation: orientation(header)?,
         spacing: spacing(header)?,
+        slice_spacing: slice_spacing(header)?,
         slope,
         inter,
+        segment: None,
         apart: String::new(),
         mixed,
     })
@@ -83,6 +85,7 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     }
     if let Some(item) = group(tags::PIXEL_MEASURES_SEQUENCE) {
         frame.spacing = spacing(item)?.or(frame.spacing);
+        frame.slice_spacing = slice_spacing(item)?.or(frame.slice_spacing);
     }
     if let Some(item) = group(tags::PIXEL_VALUE_TRANSFORMATION_SEQUENCE)
         && let Some((slope, inter)) = rescale(item)?
@@ -107,6 +110,7 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     if let Some(segment) =
         text(tags::SEGMENT_IDENTIFICATION_SEQUENCE, tags::REFERENCED_SEGMENT_NUMBER)
     {
+        frame.segment = segment.parse().ok();
         frame.apart = format!("segment {segment}");
     }
     Ok(frame)
@@ -122,7 +126,6 @@ fn nuclear(
 ) -> Result<Vec<Frame>, FileFault> {
     let orientation = orientation(detector)?.or(top.orientation);
     let position = position(detector)?.or(top.position);
-    let step = header::number(header, tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices")?;
     let slices = header::numbers(header, tags::SLICE_VECTOR, "SliceVector")?;
     let vectors = [
         ("energy window", header::texts(header, tags::ENERGY_WINDOW_VECTOR)),
@@ -136,7 +139,7 @@ fn nuclear(
     let frame = |index: u64| {
         let at = usize::try_from(index).unwrap_or(usize::MAX);
         let number = slices.get(at).map_or(index as f64, |s| s - 1.0);
-        let placed = position.zip(orientation).zip(step).filter(|_| !turns).map(
+        let placed = position.zip(orientation).zip(top.slice_spacing).filter(|_| !turns).map(
             |((position, [a, b, c, d, e, f]), step)| {
                 add(position, scale(cross([a, b, c], [d, e, f]), number * step))
             },
@@ -192,6 +195,10 @@ fn spacing(item: &Item) -> Result<Option<[f64; 2]>, FileFault> {
         Some([a, b]) => Err(bad(attribute, &format!("{a}\\{b}"), "two numbers above 0")),
         None => Ok(None),
     }
+}
+
+fn slice_spacing(item: &Item) -> Result<Option<f64>, FileFault> {
+    header::number(item, tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices")
 }
 
 /// Slope and intercept, where either is given.

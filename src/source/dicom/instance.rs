@@ -39,14 +39,12 @@ pub(super) struct Instance {
     pub(super) series_number: Option<String>,
     pub(super) description: Option<String>,
     pub(super) modality: Option<String>,
-    pub(super) frame_of_reference: String,
+    pub(super) frame_of_reference: Option<String>,
     pub(super) is_segmentation: bool,
     pub(super) is_mosaic: bool,
     pub(super) has_modality_lut: bool,
     /// InstanceNumber; 0 where there is none.
     pub(super) number: i64,
-    /// SpacingBetweenSlices, mm.
-    pub(super) slice_spacing: Option<f64>,
     /// Stored values that stand for nothing, both ends included.
     pub(super) padding: Option<(i64, i64)>,
     /// What is wrong with the pixels, seen without reading them.
@@ -65,8 +63,12 @@ pub(super) struct Frame {
     pub(super) orientation: Option<[f64; 6]>,
     /// PixelSpacing: between rows, between columns, mm.
     pub(super) spacing: Option<[f64; 2]>,
+    /// SpacingBetweenSlices, mm.
+    pub(super) slice_spacing: Option<f64>,
     pub(super) slope: f64,
     pub(super) inter: f64,
+    /// The number of the segment that a frame of a segmentation belongs to.
+    pub(super) segment: Option<u32>,
     /// What always separates volumes: stack, segment, energy window, time slot.
     pub(super) apart: String,
     /// What separates volumes where a series mixes them, by [`SPLITTERS`].
@@ -150,7 +152,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         Some(n) => return Err(bad("NumberOfFrames", &n.to_string(), "at least 1")),
     };
     let fault = pixel_fault(&blob, &layout, walked, &element, n_frames)?;
-    let is_segmentation = class.as_deref() == Some(set_aside::SEGMENTATION_CLASS);
+    let modality = header::label(header, tags::MODALITY);
+    let is_segmentation = set_aside::is_segmentation(class.as_deref(), modality.as_deref());
     let padding = padding(header, &layout)?;
     let frames = groups::frames(header, n_frames, &image_type, is_segmentation)?;
     Ok(Scanned::Image(Box::new(Instance {
@@ -164,8 +167,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         series_uid: header::text(header, tags::SERIES_INSTANCE_UID).unwrap_or_default(),
         series_number: series,
         description: header::label(header, tags::SERIES_DESCRIPTION),
-        modality: header::label(header, tags::MODALITY),
-        frame_of_reference: header::text(header, tags::FRAME_OF_REFERENCE_UID).unwrap_or_default(),
+        modality,
+        frame_of_reference: header::text(header, tags::FRAME_OF_REFERENCE_UID),
         is_segmentation,
         is_mosaic: image_type.iter().any(|t| t == "MOSAIC"),
         has_modality_lut: !header::items(header, tags::MODALITY_LUT_SEQUENCE).is_empty(),
@@ -173,11 +176,6 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
             .ok()
             .flatten()
             .unwrap_or(0),
-        slice_spacing: header::number(
-            header,
-            tags::SPACING_BETWEEN_SLICES,
-            "SpacingBetweenSlices",
-        )?,
         padding,
         fault,
         frames,

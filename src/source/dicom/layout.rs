@@ -111,7 +111,7 @@ impl Layout {
         }
     }
 
-    /// The type that planes are handed on in, where no slope changes from frame to frame.
+    /// The type that planes are handed on in, where neither it nor a slope changes from frame to frame.
     pub(super) fn stored_type(&self) -> StoredType {
         match (self.kind, self.bytes) {
             (SampleKind::Bit, _) | (SampleKind::Unsigned, 1) => StoredType::U8,

@@ -19,6 +19,7 @@ mod header;
 mod instance;
 pub mod jpegls;
 mod layout;
+mod neighbours;
 mod order;
 mod pixels;
 mod planes;

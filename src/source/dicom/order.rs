@@ -14,6 +14,14 @@ const TOLERANCE: f64 = 0.01;
 /// A gap is a whole multiple of another within this part.
 const MULTIPLE: f64 = 0.02;
 
+/// Gaps of one step differ by this part of it at most. 0.625 mm rounded to 0.1 mm gives gaps of 0.6
+/// and 0.7 mm, which is 0.16; from half a step on, any gap would be a multiple.
+const SPREAD: f64 = 0.3;
+
+/// Around a step that a file gives, which may be rounded, a gap is a multiple of it within this
+/// part of the step.
+const GIVEN: f64 = 0.25;
+
 /// So many equal wide gaps in a row are a spacing of their own, not missing slices.
 const DESIGNED_RUN: usize = 3;
 
@@ -89,7 +97,8 @@ pub(super) struct Missing {
 }
 
 /// Places slices given by the positions of their first samples (LPS, in order along the normal,
-/// no two alike). `alone` is the step of a single slice.
+/// no two alike). `alone` is the step of a single slice; `omitting` that of slices of which any may
+/// be left out: gaps that are multiples of it say that some were, however even they are.
 ///
 /// # Errors
 /// A grid that cannot be; positions that are no geometry.
@@ -97,6 +106,7 @@ pub(super) fn arrange(
     facing: &Facing,
     positions: &[Vec3],
     alone: Option<f64>,
+    omitting: Option<f64>,
 ) -> Result<Arranged, ArrangeError> {
     let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else {
         return Err(ArrangeError::TooFew);
@@ -120,6 +130,9 @@ pub(super) fn arrange(
     if !affine.is_usable() {
         return Err(ArrangeError::Flat);
     }
+    let places: Vec<f64> = positions.iter().map(|&p| facing.along(p)).collect();
+    let gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
+    let omitted = omitting.and_then(|step| multiples(&gaps, step, |_| GIVEN * step));
     let off = positions
         .iter()
         .enumerate()
@@ -128,13 +141,11 @@ pub(super) fn arrange(
     let lean = dot(step, normal).abs() / (norm(step) * norm(normal));
     let tilt_degrees = tilt(step, normal, lean);
     let mut grid = Grid::new(dims, affine);
-    if off <= TOLERANCE * norm(step) {
+    if off <= TOLERANCE * norm(step) && omitted.is_none() {
         return Ok(Arranged { grid, gaps_mm: None, tilt_degrees, missing: None });
     }
-    let places: Vec<f64> = positions.iter().map(|&p| facing.along(p)).collect();
-    let gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
     grid.plane_origins = Some(positions.iter().copied().map(ras).collect());
-    let missing = find_missing(&gaps);
+    let missing = omitted.or_else(|| find_missing(&gaps));
     Ok(Arranged { grid, gaps_mm: Some(gaps), tilt_degrees, missing })
 }
 
@@ -163,32 +174,40 @@ fn tilt(step: Vec3, normal: Vec3, lean: f64) -> f64 {
     sine.atan2(lean).to_degrees()
 }
 
-/// Gaps that are whole multiples of the narrowest one, where all others are equal to it.
+/// Gaps that are whole multiples of the narrow ones, where all others are narrow: within
+/// [`MULTIPLE`], or within what the narrow ones differ among themselves, as positions that are
+/// written rounded make them.
 fn find_missing(gaps: &[f64]) -> Option<Missing> {
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut narrow: Vec<f64> =
-        gaps.iter().copied().filter(|g| *g <= least * (1.0 + MULTIPLE)).collect();
-    narrow.sort_by(f64::total_cmp);
-    let step_mm = narrow.get(narrow.len() / 2).copied()?;
+    let is_narrow = |gap: f64| gap < 1.5 * least;
+    let narrow: Vec<f64> = gaps.iter().copied().filter(|&g| is_narrow(g)).collect();
+    let step_mm = narrow.iter().sum::<f64>() / narrow.len() as f64;
+    let spread = narrow.iter().copied().fold(least, f64::max) - least;
+    if spread > SPREAD * step_mm {
+        return None;
+    }
+    // A run of equal wide gaps is how the series was taken.
+    let times = |gap: f64| (gap / step_mm).round();
+    let designed = |run: &[f64]| run.iter().all(|&g| !is_narrow(g) && times(g) == times(run[0]));
+    if gaps.windows(DESIGNED_RUN).any(designed) {
+        return None;
+    }
+    multiples(gaps, step_mm, |times| spread.max(MULTIPLE * times * step_mm))
+}
+
+/// The gaps of several steps, where all gaps are whole multiples of the step; how far one may be
+/// off is asked for by the multiple.
+fn multiples(gaps: &[f64], step_mm: f64, off_mm: impl Fn(f64) -> f64) -> Option<Missing> {
     let mut wide = Vec::new();
     let mut count = 0_usize;
     for (index, &gap) in gaps.iter().enumerate() {
         let times = (gap / step_mm).round();
-        if (gap / step_mm - times).abs() > MULTIPLE * times || !(1.0..1e4).contains(&times) {
+        if !(1.0..1e4).contains(&times) || (gap - times * step_mm).abs() > off_mm(times) {
             return None;
         }
         if times > 1.0 {
             wide.push((index, gap));
             count += times as usize - 1;
-        }
-    }
-    // A run of equal wide gaps is how the series was taken.
-    let mut run = 0;
-    for pair in gaps.windows(2) {
-        let wide_pair = pair[0] > step_mm * 1.5 && (pair[1] / pair[0] - 1.0).abs() < MULTIPLE;
-        run = if wide_pair { run + 1 } else { 0 };
-        if run + 1 >= DESIGNED_RUN {
-            return None;
         }
     }
     (!wide.is_empty()).then_some(Missing { count, gaps: wide, step_mm })
@@ -253,5 +272,18 @@ mod tests {
         assert!(find_missing(&[2.0, 2.0, 2.0, 4.0, 4.0, 4.0]).is_none());
         assert!(find_missing(&[2.0, 2.0, 3.0, 2.0]).is_none());
         assert!(find_missing(&[1.25, 6.25, 1.25]).is_some_and(|m| m.count == 4));
+    }
+
+    #[test]
+    fn slices_are_missed_among_gaps_that_rounding_makes_uneven_and_not_among_others() {
+        // Steps of 0.625 mm and of 1.25 mm, written to 0.1 mm; one position is left out.
+        let missing = find_missing(&[0.6, 0.7, 0.6, 0.6, 1.3, 0.6, 0.7]).expect("one is missing");
+        assert_eq!((missing.count, missing.gaps), (1, vec![(4, 1.3)]));
+        assert!(find_missing(&[1.2, 1.3, 1.2, 1.3, 2.5, 1.3]).is_some_and(|m| m.count == 1));
+        // The same without anything left out; steps that grow; two spacings.
+        assert!(find_missing(&[0.6, 0.7, 0.6, 0.6, 0.7]).is_none());
+        assert!(find_missing(&[1.0, 1.2, 1.4, 1.7, 2.0, 2.4]).is_none());
+        assert!(find_missing(&[0.6, 0.7, 0.6, 1.2, 1.3, 1.2]).is_none());
+        assert!(find_missing(&[2.0, 2.1, 2.0, 3.0, 2.1]).is_none());
     }
 }

@@ -16,8 +16,8 @@ use crate::volume::{Meta, Rescale, Sample, StoredType};
 /// Reads a slice's samples into a plane; the bytes are room to read into.
 type Fill<T> = fn(&Slice, &mut Vec<u8>, &mut [T]) -> Result<(), DicomError>;
 
-/// The planes of slices in order, in the type that `meta` says; real values in `f64` where slopes
-/// or padding change from slice to slice (`uniform` is false).
+/// The planes of slices in order, in the type that `meta` says; real values in `f64` where types,
+/// slopes or padding change from slice to slice (`uniform` is false).
 pub(super) fn open(slices: Vec<Slice>, meta: &Meta, uniform: bool) -> AnyPlanes<'static> {
     fn boxed<T: Sample>(slices: Vec<Slice>, fill: Fill<T>) -> Planes<'static, T> {
         Planes::Positioned(Box::new(Frames { slices, fill, samples: PhantomData }))

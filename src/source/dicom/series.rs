@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::instance::{Frame, Instance, SPLITTERS};
-use super::layout::SampleKind;
+use super::layout::{Layout, SampleKind};
 use super::order::{self, Facing};
 
 /// Direction cosines and spacings that differ by less than this part are the same.
@@ -40,14 +40,36 @@ pub(super) struct Group {
 #[derive(PartialEq, Eq, Hash)]
 struct Key<'a> {
     series_uid: &'a str,
-    frame_of_reference: &'a str,
+    frame_of_reference: Option<&'a str>,
     modality: Option<&'a str>,
     rows: usize,
     cols: usize,
-    kind: SampleKind,
-    bytes: usize,
+    samples: (SampleKind, usize),
     apart: &'a str,
     placed: bool,
+}
+
+/// Gives images without a frame of reference or modality that of their series, where all images
+/// that name one name the same: an attribute that some files have lost is no other volume.
+pub(super) fn complete(instances: &mut [Instance]) {
+    complete_one(instances, |i| &mut i.frame_of_reference);
+    complete_one(instances, |i| &mut i.modality);
+}
+
+fn complete_one(instances: &mut [Instance], of: impl Fn(&mut Instance) -> &mut Option<String>) {
+    let mut agreed: HashMap<String, Option<String>> = HashMap::new();
+    for instance in &mut *instances {
+        let Some(value) = of(instance).clone() else { continue };
+        let one = agreed.entry(instance.series_uid.clone()).or_insert_with(|| Some(value.clone()));
+        if one.as_ref() != Some(&value) {
+            *one = None;
+        }
+    }
+    for instance in instances {
+        if let Some(Some(value)) = agreed.get(&instance.series_uid) {
+            of(instance).get_or_insert_with(|| value.clone());
+        }
+    }
 }
 
 /// Groups all frames by what must agree for a volume. The order of groups and frames follows the
@@ -60,12 +82,11 @@ pub(super) fn group(instances: &[Instance]) -> Vec<Group> {
             let facing = facing(instance, frame);
             let key = Key {
                 series_uid: &instance.series_uid,
-                frame_of_reference: &instance.frame_of_reference,
+                frame_of_reference: instance.frame_of_reference.as_deref(),
                 modality: instance.modality.as_deref(),
                 rows: instance.layout.rows,
                 cols: instance.layout.cols,
-                kind: instance.layout.kind,
-                bytes: instance.layout.bytes,
+                samples: samples(&instance.layout),
                 apart: &frame.apart,
                 placed: facing.is_some(),
             };
@@ -88,6 +109,16 @@ pub(super) fn group(instances: &[Instance]) -> Vec<Group> {
     groups
 }
 
+/// What must agree of the samples. Integers of any sign and width can be slices of one volume: each
+/// is read as its own header says.
+pub(super) fn samples(layout: &Layout) -> (SampleKind, usize) {
+    match layout.kind {
+        SampleKind::Bit => (SampleKind::Bit, 0),
+        SampleKind::Unsigned | SampleKind::Signed => (SampleKind::Signed, 0),
+        SampleKind::Float => (SampleKind::Float, layout.bytes),
+    }
+}
+
 /// How a frame lies, if it says so in full.
 fn facing(instance: &Instance, frame: &Frame) -> Option<Facing> {
     frame.position?;
@@ -102,9 +133,15 @@ fn facing(instance: &Instance, frame: &Frame) -> Option<Facing> {
 
 fn same_facing(a: Option<Facing>, b: Option<Facing>) -> bool {
     let (Some(a), Some(b)) = (a, b) else { return a.is_none() && b.is_none() };
-    let turned = a.orientation.iter().zip(&b.orientation).any(|(x, y)| (x - y).abs() > SAME);
-    let scaled = a.spacing.iter().zip(&b.spacing).any(|(x, y)| (x - y).abs() > SAME * x.abs());
-    !turned && !scaled
+    same_orientation(&a.orientation, &b.orientation) && same_spacing(&a.spacing, &b.spacing)
+}
+
+pub(super) fn same_orientation(a: &[f64; 6], b: &[f64; 6]) -> bool {
+    a.iter().zip(b).all(|(x, y)| (x - y).abs() <= SAME)
+}
+
+pub(super) fn same_spacing(a: &[f64; 2], b: &[f64; 2]) -> bool {
+    a.iter().zip(b).all(|(x, y)| (x - y).abs() <= SAME * x.abs())
 }
 
 /// A frame, its file, and its place along the normal.
@@ -146,7 +183,8 @@ pub(super) fn split(mut group: Group, instances: &[Instance]) -> Vec<Group> {
         let most = runs.iter().map(std::iter::ExactSizeIterator::len).max().unwrap_or(0);
         let parts = (most > 1)
             .then(|| {
-                (from..SPLITTERS.len()).find_map(|s| Some((s, parts(&group, &runs, s, instances)?)))
+                (from..=SPLITTERS.len())
+                    .find_map(|s| Some((s, parts(&group, &runs, s, instances)?)))
             })
             .flatten();
         match parts {
@@ -169,10 +207,14 @@ fn parts(
     splitter: usize,
     instances: &[Instance],
 ) -> Option<Vec<Group>> {
-    let name = SPLITTERS.get(splitter)?;
+    // The last one is what samples are stored as.
+    let name = SPLITTERS.get(splitter).unwrap_or(&"samples");
     let label = |r: &FrameRef| {
-        let (_, frame) = r.get(instances)?;
-        frame.mixed.get(splitter)?.clone()
+        let (instance, frame) = r.get(instances)?;
+        match frame.mixed.get(splitter) {
+            Some(label) => label.clone(),
+            None => Some(instance.layout.stored_type().to_string()),
+        }
     };
     let labels: Vec<String> = group.frames.iter().map(|r| label(r).unwrap_or_default()).collect();
     let mut values = labels.clone();

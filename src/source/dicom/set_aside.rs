@@ -3,8 +3,9 @@
 /// MediaStorageSOPClassUID of a DICOMDIR.
 pub(super) const DIRECTORY_CLASS: &str = "1.2.840.10008.1.3.10";
 
-/// SOPClassUID of a DICOM segmentation.
-pub(super) const SEGMENTATION_CLASS: &str = "1.2.840.10008.5.1.4.1.1.66.4";
+/// SOPClassUID of segmentations and of label maps.
+const SEGMENTATION_CLASSES: [&str; 2] =
+    ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"];
 
 /// What a file is that is no slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -68,6 +69,11 @@ pub struct SetAside {
     pub count: usize,
     /// The first of them, relative to the input.
     pub first: String,
+}
+
+/// Whether an object's samples say what belongs to a segment, not what was measured.
+pub(super) fn is_segmentation(class: Option<&str>, modality: Option<&str>) -> bool {
+    class.is_some_and(|c| SEGMENTATION_CLASSES.contains(&c)) || modality == Some("SEG")
 }
 
 /// What an object without pixels is, by its SOP class.

@@ -7,6 +7,7 @@ use super::candidate::{Candidate, assess};
 use super::error::{DicomError, FileFault};
 use super::every::{Stray, strays};
 use super::instance::Instance;
+use super::neighbours;
 use super::pixels::Pixels;
 use super::planes;
 use super::series;
@@ -41,7 +42,7 @@ pub struct Study {
 pub enum Selector {
     /// By its number, from 1.
     Number(usize),
-    /// By its SeriesInstanceUID; the largest volume of it.
+    /// By its SeriesInstanceUID; the largest volume of it, of a segmentation the first segment.
     Uid(String),
 }
 
@@ -66,14 +67,16 @@ impl Study {
         cancel: &Cancel,
     ) -> Self {
         instances.sort_by(|a, b| series_order(a, b).then_with(|| a.name.cmp(&b.name)));
+        series::complete(&mut instances);
         let mut volumes: Vec<Candidate> = series::group(&instances)
             .into_iter()
             .flat_map(|group| series::split(group, &instances))
             .filter_map(|group| assess(group, &instances, cancel))
             .collect();
         let key = |c: &Candidate| {
-            let first = c.frames.first().and_then(|r| r.get(&instances)).map(|(i, _)| i);
-            first.map(|i| (number_key(i.series_number.as_deref()), i.series_uid.clone()))
+            let (i, frame) = c.frames.first().and_then(|r| r.get(&instances))?;
+            let number = number_key(i.series_number.as_deref());
+            Some((number, i.series_uid.clone(), frame.segment))
         };
         // Stable, so that parts of one series stay in the order of what sets them apart.
         volumes.sort_by_cached_key(key);
@@ -85,7 +88,7 @@ impl Study {
                 meta.n_volumes = n_volumes;
             }
         }
-        note_neighbours(&mut volumes, &instances);
+        neighbours::note(&mut volumes, &instances);
         note_set_aside(&mut volumes, &set_aside);
         note_faults(&mut volumes, &faults);
         let strays = strays(&volumes, &faults);
@@ -102,8 +105,8 @@ impl Study {
     }
 
     /// The volume that is meshed where none is asked for: the one with the most slices, the first
-    /// of them by SeriesNumber; a segmentation only where there is nothing else. An index into
-    /// `volumes`.
+    /// of them by SeriesNumber; a segmentation only where there is nothing else, and of it the first
+    /// segment. An index into `volumes`.
     ///
     /// # Errors
     /// Nothing that could be a volume. A volume that is refused for a gap or a bad file is still
@@ -220,10 +223,16 @@ impl Study {
     }
 }
 
-/// The one with the most slices, the first of them.
+/// The one with the most slices, the first of them; only the first segment of a segmentation counts.
 fn largest<'a>(of: impl Iterator<Item = (usize, &'a Candidate)>) -> Option<usize> {
     let mut best: Option<(usize, usize)> = None;
+    let mut before = None;
     for (index, volume) in of {
+        let is_later_segment = volume.is_segmentation && before == Some(&volume.series.uid);
+        before = Some(&volume.series.uid);
+        if is_later_segment {
+            continue;
+        }
         if best.is_none_or(|(_, most)| volume.dims[2] > most) {
             best = Some((index, volume.dims[2]));
         }
@@ -266,40 +275,6 @@ fn note_set_aside(volumes: &mut [Candidate], set_aside: &[SetAside]) {
     }
     for meta in volumes.iter_mut().filter_map(|v| v.meta.as_mut()) {
         meta.notes.push(Note::Other(format!("set aside: {found}")));
-    }
-}
-
-/// Says of each volume which images under its UID are not part of it for their orientation, size
-/// or spacing.
-fn note_neighbours(volumes: &mut [Candidate], instances: &[Instance]) {
-    let others: Vec<(String, Option<String>, usize, String)> = volumes
-        .iter()
-        .map(|v| {
-            let first = v.frames.first().and_then(|r| r.get(instances));
-            let name = first.map(|(i, _)| i.name.clone()).unwrap_or_default();
-            (v.series.uid.clone(), v.apart.clone(), v.series.n_images, name)
-        })
-        .collect();
-    for (index, volume) in volumes.iter_mut().enumerate() {
-        let mut left_out = 0;
-        let mut first = None;
-        for (other, (uid, apart, images, name)) in others.iter().enumerate() {
-            if other != index && *uid == volume.series.uid && *apart == volume.apart {
-                left_out += images;
-                first.get_or_insert(name);
-            }
-        }
-        let Some(first) = first else { continue };
-        let s = if left_out == 1 { "" } else { "s" };
-        let line = format!(
-            "{left_out} image{s} of the same series ({first}): another orientation, size or spacing, or no position"
-        );
-        if let Some(DicomError::MissingSlices { faults, .. }) = &mut volume.problem {
-            faults.clone_from(&line);
-        }
-        if let Some(meta) = &mut volume.meta {
-            meta.notes.push(Note::Other(format!("left out: {line}")));
-        }
     }
 }
 

@@ -1,0 +1,105 @@
+//! Images under a volume's UID that are not part of it: how many, and what sets them apart.
+
+use super::candidate::Candidate;
+use super::error::DicomError;
+use super::instance::{Frame, Instance};
+use super::layout::{Layout, SampleKind};
+use super::series;
+use crate::volume::Note;
+
+/// What is said of one volume in the notes of the others.
+struct Neighbour {
+    uid: String,
+    apart: Option<String>,
+    n_images: usize,
+}
+
+/// Says of each volume which images under its UID are not part of it, and why: what sets volumes
+/// apart by design (an echo, a segment, ...) is no reason for a word.
+pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
+    let all: Vec<Neighbour> = volumes
+        .iter()
+        .map(|v| {
+            let (uid, apart) = (v.series.uid.clone(), v.apart.clone());
+            Neighbour { uid, apart, n_images: v.series.n_images }
+        })
+        .collect();
+    let firsts: Vec<Option<(&Instance, &Frame)>> =
+        volumes.iter().map(|v| v.frames.first().and_then(|r| r.get(instances))).collect();
+    for (index, volume) in volumes.iter_mut().enumerate() {
+        let Some(own) = firsts.get(index).copied().flatten() else { continue };
+        let (mut left_out, mut first, mut reasons) = (0, None, Vec::new());
+        for (other, (neighbour, frame)) in all.iter().zip(&firsts).enumerate() {
+            let same = neighbour.uid == volume.series.uid && neighbour.apart == volume.apart;
+            let Some(frame) = frame.filter(|_| same && other != index) else { continue };
+            left_out += neighbour.n_images;
+            first.get_or_insert(frame.0.name.as_str());
+            reasons.extend(differences(own, frame));
+        }
+        let Some(first) = first else { continue };
+        // Rising order, so that several neighbours of one kind are one reason.
+        reasons.sort();
+        reasons.dedup();
+        let s = if left_out == 1 { "" } else { "s" };
+        let reasons = reasons.join(", ");
+        let line = format!("{left_out} image{s} of the same series ({first}): {reasons}");
+        if let Some(DicomError::MissingSlices { faults, .. }) = &mut volume.problem {
+            faults.clone_from(&line);
+        }
+        if let Some(meta) = &mut volume.meta {
+            meta.notes.push(Note::Other(format!("left out: {line}")));
+        }
+    }
+}
+
+/// What keeps an image out of a volume that begins with another one.
+fn differences(own: (&Instance, &Frame), other: (&Instance, &Frame)) -> Vec<String> {
+    let (a, b) = (&own.0.layout, &other.0.layout);
+    let size = format!("{} rows and {} columns, not {} and {}", b.rows, b.cols, a.rows, a.cols);
+    let samples = format!("samples that are {}, not {}", samples(b), samples(a));
+    let all = [
+        ((a.rows, a.cols) != (b.rows, b.cols)).then_some(size),
+        (series::samples(a) != series::samples(b)).then_some(samples),
+        attribute(
+            "FrameOfReferenceUID",
+            own.0.frame_of_reference.as_ref(),
+            other.0.frame_of_reference.as_ref(),
+            PartialEq::eq,
+        ),
+        attribute("Modality", own.0.modality.as_ref(), other.0.modality.as_ref(), PartialEq::eq),
+        // Slices of one volume differ in this, of course.
+        attribute("ImagePositionPatient", own.1.position, other.1.position, |_, _| true),
+        attribute(
+            "ImageOrientationPatient",
+            own.1.orientation,
+            other.1.orientation,
+            series::same_orientation,
+        ),
+        attribute("PixelSpacing", own.1.spacing, other.1.spacing, series::same_spacing),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// What an attribute of another image says against it, if anything.
+fn attribute<T>(
+    name: &str,
+    own: Option<T>,
+    other: Option<T>,
+    same: impl Fn(&T, &T) -> bool,
+) -> Option<String> {
+    match (own, other) {
+        (Some(own), Some(other)) => (!same(&own, &other)).then(|| format!("another {name}")),
+        (Some(_), None) => Some(format!("no {name}")),
+        (None, Some(_)) => Some(format!("{name} given")),
+        (None, None) => None,
+    }
+}
+
+fn samples(layout: &Layout) -> &'static str {
+    match (layout.kind, layout.bytes) {
+        (SampleKind::Bit, _) => "bits",
+        (SampleKind::Unsigned | SampleKind::Signed, _) => "integers",
+        (SampleKind::Float, 4) => "32-bit floats",
+        (SampleKind::Float, _) => "64-bit floats",
+    }
+}
