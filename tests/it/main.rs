@@ -16,6 +16,7 @@ mod dicom;
 mod dicom_hostile;
 mod dicom_refused;
 mod dicom_synthetic;
+mod dicom_values;
 mod jpegls;
 mod nifti;
 mod nifti_hostile;

@@ -195,7 +195,7 @@ impl Pixels {
         if found < length {
             return Err(FileFault::PixelsEnd { found, wanted: length });
         }
-        Ok(Image { precision: None, skipped_bits, big: self.layout.big })
+        Ok(Image { precision: None, lossy: false, skipped_bits, big: self.layout.big })
     }
 
     /// Appends bytes from a place in the file (plain), or in the pixel element's value.

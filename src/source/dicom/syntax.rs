@@ -48,6 +48,18 @@ pub(super) fn codec(syntax: &str) -> Option<Codec> {
     }
 }
 
+/// Whether an encoder may have changed the samples.
+pub(super) fn is_lossy(syntax: &str) -> bool {
+    matches!(
+        syntax,
+        "1.2.840.10008.1.2.4.50"
+            | JPEG_EXTENDED
+            | "1.2.840.10008.1.2.4.81"
+            | "1.2.840.10008.1.2.4.91"
+            | "1.2.840.10008.1.2.4.203"
+    )
+}
+
 /// Why an encapsulated syntax is not decoded, if it is not.
 pub(super) fn refuse(syntax: &str, layout: &Layout) -> Option<FileFault> {
     let decoded = match codec(syntax) {
