@@ -14,9 +14,12 @@ use crate::support::ljpeg;
 
 const JPEG_LOSSLESS: &str = "1.2.840.10008.1.2.4.70";
 
+const POSITION: (u16, u16) = (0x0020, 0x0032);
 const BITS_STORED: (u16, u16) = (0x0028, 0x0101);
 const HIGH_BIT: (u16, u16) = (0x0028, 0x0102);
 const SIGN: (u16, u16) = (0x0028, 0x0103);
+/// `RescaleIntercept` and `RescaleSlope`.
+const RESCALED: [(u16, u16); 2] = [(0x0028, 0x1052), (0x0028, 0x1053)];
 
 /// The facts and the real values of the one volume in a folder.
 fn read(folder: &Path) -> (Meta, Vec<f64>) {
@@ -86,4 +89,65 @@ fn compressed_cells_have_their_value_below_high_bit() {
         set_bits(data, 13, 14, 0);
     });
     assert_eq!(found, plain);
+}
+
+#[test]
+fn known_elements_of_unknown_vr_are_read_as_the_standard_has_them() {
+    let (series, plain) = series();
+    let folder = TempDir::new().unwrap();
+    series.write(folder.path());
+    let place = read(folder.path()).0.grid;
+    let folder = TempDir::new().unwrap();
+    // SeriesInstanceUID, ImagePositionPatient, Rows and the rescale: text and numbers.
+    let unknown = [(0x0020, 0x000E), POSITION, (0x0028, 0x0010), RESCALED[0], RESCALED[1]];
+    series.write_as(folder.path(), EXPLICIT, |_, data| {
+        for tag in unknown {
+            let value = data.value(tag).to_vec();
+            data.set(tag, *b"UN", &value);
+        }
+    });
+    let (meta, found) = read(folder.path());
+    assert_eq!(found, plain);
+    assert_eq!(meta.grid, place);
+}
+
+/// An element of implicit VR little endian; without a length where its value is a sequence.
+fn implicit(tag: (u16, u16), value: &[u8]) -> Vec<u8> {
+    let length = if value.starts_with(&[0xFE, 0xFF]) { u32::MAX } else { value.len() as u32 };
+    let mut out = [tag.0.to_le_bytes(), tag.1.to_le_bytes()].concat();
+    out.extend(length.to_le_bytes());
+    out.extend(value);
+    out
+}
+
+/// One item with these elements, and the end of its sequence.
+fn sequence(elements: &[u8]) -> Vec<u8> {
+    let item = [0xFE, 0xFF, 0, 0xE0, 0xFF, 0xFF, 0xFF, 0xFF];
+    let ends = [0xFE, 0xFF, 0x0D, 0xE0, 0, 0, 0, 0, 0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0];
+    [&item, elements, &ends].concat()
+}
+
+#[test]
+fn functional_groups_of_unknown_vr_are_sequences_in_implicit_vr() {
+    let (series, plain) = series();
+    for is_defined in [false, true] {
+        let found = written(&series, EXPLICIT, |_, data| {
+            let position = data.value(POSITION).to_vec();
+            let rescale = RESCALED.map(|tag| implicit(tag, data.value(tag))).concat();
+            for tag in RESCALED.into_iter().chain([POSITION]) {
+                data.remove(tag);
+            }
+            let groups = [
+                implicit((0x0020, 0x9113), &sequence(&implicit(POSITION, &position))),
+                implicit((0x0028, 0x9145), &sequence(&rescale)),
+            ];
+            let groups = sequence(&groups.concat());
+            // PerFrameFunctionalGroupsSequence.
+            data.set((0x5200, 0x9230), *b"UN", &groups);
+            if !is_defined {
+                data.leave_length_open((0x5200, 0x9230));
+            }
+        });
+        assert_eq!(found, plain, "{is_defined}");
+    }
 }
