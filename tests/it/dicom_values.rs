@@ -151,3 +151,17 @@ fn functional_groups_of_unknown_vr_are_sequences_in_implicit_vr() {
         assert_eq!(found, plain, "{is_defined}");
     }
 }
+
+#[test]
+fn the_private_syntax_of_ge_has_its_pixels_big_endian() {
+    let (series, plain) = series();
+    let folder = TempDir::new().unwrap();
+    series.write_as(folder.path(), "1.2.840.113619.5.2", |_, data| {
+        let swapped: Vec<u8> = words(data).iter().flat_map(|w| w.to_be_bytes()).collect();
+        data.set(PIXELS, *b"OW", &swapped);
+        data.make_implicit();
+    });
+    let (meta, found) = read(folder.path());
+    assert_eq!(found, plain);
+    assert_eq!(dicom::syntax_names(&meta.series.unwrap()), "GE private, big endian pixels");
+}
