@@ -4,8 +4,13 @@
 
 use std::path::Path;
 
+use mcubes::geom::Space;
+use mcubes::mesh::{Position, Triangle};
+use mcubes::pipeline::{RunOptions, SurfaceOptions, mesh_placed};
 use mcubes::source::dicom::{self, OpenOptions, ScanOptions};
+use mcubes::source::{crop, pad_out};
 use mcubes::volume::Meta;
+use ndarray::Array3;
 use tempfile::TempDir;
 
 use crate::dicom::values;
@@ -164,4 +169,63 @@ fn the_private_syntax_of_ge_has_its_pixels_big_endian() {
     let (meta, found) = read(folder.path());
     assert_eq!(found, plain);
     assert_eq!(dicom::syntax_names(&meta.series.unwrap()), "GE private, big endian pixels");
+}
+
+/// The mesh of a folder at a level, padding taken out.
+fn mesh(folder: &Path, iso: f64) -> (Vec<Position>, Vec<Triangle>) {
+    let study = dicom::scan(folder, &ScanOptions::default()).unwrap();
+    let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
+    let volume = crop(volume, &[1..39, 1..35, 0..5]).unwrap();
+    let volume = pad_out(volume, iso, false);
+    let grid = volume.meta.grid.clone();
+    let [nx, ny, nz] = grid.dims.to_array();
+    let values = Array3::from_shape_vec((nz, ny, nx), values(volume).unwrap()).unwrap();
+    let (surface, run) = (SurfaceOptions::at(iso), RunOptions::default());
+    let mesh = mesh_placed(values.view(), &grid, Space::Ras, &surface, &run).unwrap();
+    (mesh.vertices.to_vec(), mesh.triangles.to_vec())
+}
+
+/// A series whose first twelve columns are stored as `padding`, with another slope in each slice
+/// and, if `named`, the padding said to be that.
+fn padded(series: &Series, padding: u16, named: impl Fn(usize) -> bool) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    series.write_as(folder.path(), EXPLICIT, |k, data| {
+        let cols = usize::from(series.cols);
+        let stored = words(data);
+        let pad = |(at, w): (usize, &u16)| if at % cols < 12 { padding } else { *w };
+        let pixels: Vec<u8> =
+            stored.iter().enumerate().map(pad).flat_map(u16::to_le_bytes).collect();
+        data.set(PIXELS, *b"OW", &pixels);
+        data.set(RESCALED[1], *b"DS", format!("0.25{k}").as_bytes());
+        if named(k) {
+            data.set((0x0028, 0x0120), *b"US", &padding.to_le_bytes());
+        }
+    });
+    folder
+}
+
+/// The place along x, in RAS mm, halfway from the last padded column to the next.
+fn edge_of_padding(series: &Series) -> f64 {
+    -(series.positions[0][0] + 11.5 * series.spacing[1])
+}
+
+/// Asserts that a mesh ends, towards the first column, in the middle between padding and samples.
+fn assert_ends_at_padding(series: &Series, (vertices, _): &(Vec<Position>, Vec<Triangle>)) {
+    let most = vertices.iter().map(|v| f64::from(v[0])).fold(f64::NEG_INFINITY, f64::max);
+    let edge = edge_of_padding(series);
+    assert!((most - edge).abs() < 1e-4, "it ends at {most}, not {edge}");
+}
+
+#[test]
+fn padding_that_is_outside_by_its_own_value_changes_nothing_where_slopes_differ() {
+    let series = Series::axial(5);
+    let plain = mesh(padded(&series, 3, |_| false).path(), 500.0);
+    assert_eq!(mesh(padded(&series, 3, |_| true).path(), 500.0), plain);
+    assert_eq!(mesh(padded(&series, 3, |k| k != 2).path(), 500.0), plain);
+}
+
+#[test]
+fn padding_that_is_inside_by_its_own_value_is_outside_where_slopes_differ() {
+    let series = Series::axial(5);
+    assert_ends_at_padding(&series, &mesh(padded(&series, 6000, |_| true).path(), 500.0));
 }
