@@ -229,3 +229,36 @@ fn padding_that_is_inside_by_its_own_value_is_outside_where_slopes_differ() {
     let series = Series::axial(5);
     assert_ends_at_padding(&series, &mesh(padded(&series, 6000, |_| true).path(), 500.0));
 }
+
+#[test]
+fn padding_of_floats_is_outside() {
+    let series = Series::axial(5);
+    let cols = usize::from(series.cols);
+    // Value and limit of padding and pixels, with their VRs, of four bytes and of eight.
+    let single = ((0x0122, 0x0124, *b"FL"), (0x0008, *b"OF"));
+    let double = ((0x0123, 0x0125, *b"FD"), (0x0009, *b"OD"));
+    for (size, (padding, pixels)) in [(4, single), (8, double)] {
+        let folder = TempDir::new().unwrap();
+        let bytes = |v: f64| match size {
+            4 => (v as f32).to_le_bytes().to_vec(),
+            _ => v.to_le_bytes().to_vec(),
+        };
+        series.write_as(folder.path(), EXPLICIT, |_, data| {
+            let real = words(data).into_iter().map(|w| f64::from(w) * 0.25 - 100.0);
+            let pad = |(at, v): (usize, f64)| match at % cols {
+                0..6 => 3000.1,
+                6..12 => 2900.5,
+                _ => v,
+            };
+            let values: Vec<u8> = real.enumerate().map(pad).flat_map(bytes).collect();
+            for tag in [PIXELS, BITS_STORED, HIGH_BIT, SIGN, RESCALED[0], RESCALED[1]] {
+                data.remove(tag);
+            }
+            data.set((0x0028, 0x0100), *b"US", &(size * 8_u16).to_le_bytes());
+            data.set((0x0028, padding.0), padding.2, &bytes(3000.1));
+            data.set((0x0028, padding.1), padding.2, &bytes(2900.5));
+            data.set((0x7FE0, pixels.0), pixels.1, &values);
+        });
+        assert_ends_at_padding(&series, &mesh(folder.path(), 500.0));
+    }
+}

@@ -232,21 +232,36 @@ fn pixel_fault(
     }
 }
 
-/// PixelPaddingValue to PixelPaddingRangeLimit, as stored values of the image's own sign.
+/// PixelPaddingValue to PixelPaddingRangeLimit, as stored values of the image's own sign; of
+/// floats those of their own size.
 fn padding(header: &Item, layout: &Layout) -> Result<Option<Padding>, FileFault> {
     use super::layout::SampleKind;
-    let read = |tag, attribute| {
-        let value = header::integer(header, tag, attribute)?;
-        Ok::<_, FileFault>(value.map(|v| match (layout.kind, layout.bytes) {
-            (SampleKind::Signed, 1) => f64::from(v as i8),
-            (SampleKind::Signed, 2) => f64::from(v as i16),
-            (SampleKind::Unsigned, 1 | 2) => f64::from(v as u16),
-            _ => v as f64,
-        }))
+    let ends = match (layout.kind, layout.bytes) {
+        (SampleKind::Float, 4) => {
+            let read = |tag| header::float(header, tag).map(|v| f64::from(v as f32));
+            (read(tags::FLOAT_PADDING_VALUE), read(tags::FLOAT_PADDING_RANGE_LIMIT))
+        }
+        (SampleKind::Float, _) => {
+            let read = |tag| header::float(header, tag);
+            (read(tags::DOUBLE_FLOAT_PADDING_VALUE), read(tags::DOUBLE_FLOAT_PADDING_RANGE_LIMIT))
+        }
+        (kind, bytes) => {
+            let read = |tag, attribute| {
+                let value = header::integer(header, tag, attribute)?;
+                Ok::<_, FileFault>(value.map(|v| match (kind, bytes) {
+                    (SampleKind::Signed, 1) => f64::from(v as i8),
+                    (SampleKind::Signed, 2) => f64::from(v as i16),
+                    (SampleKind::Unsigned, 1 | 2) => f64::from(v as u16),
+                    _ => v as f64,
+                }))
+            };
+            (
+                read(tags::PIXEL_PADDING_VALUE, "PixelPaddingValue")?,
+                read(tags::PIXEL_PADDING_RANGE_LIMIT, "PixelPaddingRangeLimit")?,
+            )
+        }
     };
-    let value = read(tags::PIXEL_PADDING_VALUE, "PixelPaddingValue")?;
-    let limit = read(tags::PIXEL_PADDING_RANGE_LIMIT, "PixelPaddingRangeLimit")?;
-    let Some(value) = value else { return Ok(None) };
+    let (Some(value), limit) = ends else { return Ok(None) };
     let limit = limit.unwrap_or(value);
     Ok(Some(Padding { low: value.min(limit), high: value.max(limit) }))
 }
