@@ -149,11 +149,16 @@ impl Work<'_> {
         self.how.extract.steps.part(self.whole()?).map_err(Error::new)
     }
 
-    /// The volume with what was asked of it done to it, padding and labels seen to.
-    fn shaped(&self, iso: f64) -> Result<Volume<'static>, Error> {
+    /// The volume with what was asked of it done to it, labels seen to.
+    fn stepped(&self) -> Result<Volume<'static>, Error> {
         let Extract { steps, mask, .. } = self.how.extract;
-        let volume = steps.apply(self.whole()?, mask.as_deref()).map_err(Error::new)?;
-        Ok(match mask {
+        steps.apply(self.whole()?, mask.as_deref()).map_err(Error::new)
+    }
+
+    /// The same with its padding seen to.
+    fn shaped(&self, iso: f64) -> Result<Volume<'static>, Error> {
+        let volume = self.stepped()?;
+        Ok(match self.how.extract.mask {
             Some(_) => volume,
             None => source::pad_out(volume, iso, self.is_below()),
         })
@@ -231,7 +236,7 @@ impl Work<'_> {
         let range = match self.scan.volume {
             Found::Stdin => None,
             _ => self
-                .shaped(iso)
+                .stepped()
                 .ok()
                 .and_then(|volume| source::survey(volume).ok())
                 .and_then(|survey| survey.range),

@@ -26,7 +26,7 @@ pub use wrap::{WrapError, blur, crop, downsample, formula, is_active, mask, pad_
 
 use ndarray::{ArrayView3, ArrayViewMut2};
 
-use crate::volume::{Meta, Note};
+use crate::volume::{Inside, Meta, Note};
 
 /// Planes that come one after another: gzip, standard input.
 pub trait OrderedPlanes<T>: Send {
@@ -66,6 +66,13 @@ pub trait PositionedPlanes<T>: Send + Sync {
     ) -> Result<bool, SourceError> {
         let _ = (k, first, out);
         Ok(false)
+    }
+
+    /// From here on hands on samples that are padding by their own value where that is not inside,
+    /// and as NaN where it is. Without a call they are NaN, those of
+    /// [`Meta::uneven_padding`](crate::volume::Meta::uneven_padding); other sources do nothing.
+    fn keep_padding(&mut self, inside: Inside) {
+        let _ = inside;
     }
 }
 

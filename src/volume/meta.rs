@@ -37,6 +37,29 @@ pub struct Padding {
     pub high: f64,
 }
 
+impl Padding {
+    /// Whether a stored value is one of them.
+    pub fn holds(self, stored: f64) -> bool {
+        self.low <= stored && stored <= self.high
+    }
+}
+
+/// Which side of a level is inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inside {
+    /// The level, in real values.
+    pub iso: f64,
+    /// Values below it are inside; otherwise those that reach it.
+    pub below: bool,
+}
+
+impl Inside {
+    /// Whether a real value is inside.
+    pub fn holds(self, real: f64) -> bool {
+        if self.below { real < self.iso } else { real >= self.iso }
+    }
+}
+
 /// What names a DICOM series in reports. Nothing here tells who the patient is.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct SeriesFacts {
@@ -68,6 +91,10 @@ pub struct Meta {
     pub rescale: Rescale,
     /// Samples that are outside whatever their value.
     pub padding: Option<Padding>,
+    /// Real values, the least and the greatest, of samples that are padding and are handed on as
+    /// NaN, because padding or rescale change from plane to plane. `pad_out` gives them back where
+    /// they are outside by their own values.
+    pub uneven_padding: Option<Padding>,
     /// DICOM Modality (CT, MR, ...), where known.
     pub modality: Option<String>,
     /// The DICOM series.
@@ -93,6 +120,7 @@ impl Meta {
             stored,
             rescale: Rescale::IDENTITY,
             padding: None,
+            uneven_padding: None,
             modality: None,
             series: None,
             gaps_mm: None,

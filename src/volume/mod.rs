@@ -9,7 +9,7 @@ mod stats;
 mod tally;
 mod voxel;
 
-pub use meta::{Format, Meta, Padding, SeriesFacts};
+pub use meta::{Format, Inside, Meta, Padding, SeriesFacts};
 pub use notes::Note;
 pub use rescale::Rescale;
 pub use stats::{Histogram, Suggestion, Survey};

@@ -63,7 +63,7 @@ impl<T: Sample> Tally<T> {
     pub(crate) fn add(&mut self, samples: &[T]) {
         self.n_samples += samples.len() as u64;
         let padding = self.padding;
-        let is_padding = |v: f64| padding.is_some_and(|p| p.low <= v && v <= p.high);
+        let is_padding = |v: f64| padding.is_some_and(|p| p.holds(v));
         match &mut self.counts {
             Counts::Exact(counts) => {
                 for v in samples {
@@ -114,9 +114,8 @@ impl<T: Sample> Tally<T> {
         if matches!(self.counts, Counts::Binned(_)) {
             return occupied;
         }
-        let (padded, kept): (Vec<_>, Vec<_>) = occupied
-            .into_iter()
-            .partition(|(v, _)| self.padding.is_some_and(|p| p.low <= *v && *v <= p.high));
+        let (padded, kept): (Vec<_>, Vec<_>) =
+            occupied.into_iter().partition(|(v, _)| self.padding.is_some_and(|p| p.holds(*v)));
         self.n_padding = padded.iter().map(|(_, n)| n).sum();
         if let (Some(first), Some(last)) = (kept.first(), kept.last()) {
             (self.low, self.high) = (first.0, last.0);

@@ -18,6 +18,7 @@ mod dicom_refused;
 mod dicom_segments;
 mod dicom_series;
 mod dicom_synthetic;
+mod dicom_values;
 mod jpegls;
 mod nifti;
 mod nifti_hostile;

@@ -40,6 +40,12 @@ impl Ellipsoid {
     }
 }
 
+/// Explicit VR little endian.
+pub(crate) const EXPLICIT: &str = "1.2.840.10008.1.2.1";
+
+/// `PixelData`.
+pub(crate) const PIXELS: (u16, u16) = (0x7FE0, 0x0010);
+
 /// A series of slices through an ellipsoid.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
@@ -94,16 +100,33 @@ impl Series {
 
     /// Writes one file a slice, in a scrambled order of names and instance numbers.
     pub(crate) fn write(&self, folder: &Path) {
+        self.write_as(folder, EXPLICIT, |_, _| {});
+    }
+
+    /// As [`Self::write`], in a transfer syntax and with each slice's elements changed first.
+    pub(crate) fn write_as(
+        &self,
+        folder: &Path,
+        syntax: &str,
+        change: impl Fn(usize, &mut Elements),
+    ) {
         std::fs::create_dir_all(folder).unwrap();
         let n = self.positions.len();
         for k in 0..n {
             let name = format!("I{:04}", (k * 7 + 3) % 1009);
-            std::fs::write(folder.join(name), self.image(k, n - k)).unwrap();
+            let mut data = self.elements(k, n - k);
+            change(k, &mut data);
+            std::fs::write(folder.join(name), file(syntax, &data)).unwrap();
         }
     }
 
     /// The bytes of one slice's file.
     pub(crate) fn image(&self, k: usize, instance: usize) -> Vec<u8> {
+        file(EXPLICIT, &self.elements(k, instance))
+    }
+
+    /// The data set of one slice.
+    fn elements(&self, k: usize, instance: usize) -> Elements {
         let position = self.positions[k];
         let mut pixels = Vec::new();
         for j in 0..self.rows {
@@ -152,8 +175,8 @@ impl Series {
         data.text((0x0028, 0x1052), *b"DS", "-100");
         data.text((0x0028, 0x1053), *b"DS", "0.25");
         data.0.extend(&self.extra.0);
-        data.element((0x7FE0, 0x0010), *b"OW", &pixels);
-        file("1.2.840.10008.1.2.1", &data)
+        data.element(PIXELS, *b"OW", &pixels);
+        data
     }
 }
 
@@ -167,7 +190,7 @@ impl Elements {
         self.0.extend(element.to_le_bytes());
         self.0.extend(vr);
         let length = value.len() + value.len() % 2;
-        if matches!(&vr, b"OB" | b"OW" | b"SQ" | b"UN") {
+        if is_long(&vr) {
             self.0.extend([0, 0]);
             self.0.extend((length as u32).to_le_bytes());
         } else {
@@ -179,6 +202,85 @@ impl Elements {
         }
     }
 
+    /// The tag of the first element, and where its value begins and ends.
+    fn first(&self) -> ((u16, u16), usize, usize) {
+        let number = |at: usize, n: usize| {
+            self.0[at..at + n].iter().rev().fold(0, |sum, &b| sum << 8 | usize::from(b))
+        };
+        let tag = (number(0, 2) as u16, number(2, 2) as u16);
+        let (value, length) =
+            if is_long(&self.0[4..6]) { (12, number(8, 4)) } else { (8, number(6, 2)) };
+        (tag, value, value + length)
+    }
+
+    /// Where an element of the data set begins, and where its value begins and ends; an empty place
+    /// in rising order of tags where there is none.
+    fn find(&self, wanted: (u16, u16)) -> (usize, usize, usize) {
+        let mut at = 0;
+        while at < self.0.len() {
+            let (tag, value, end) = Self(self.0[at..].to_vec()).first();
+            if tag >= wanted {
+                return if tag == wanted { (at, at + value, at + end) } else { (at, at, at) };
+            }
+            at += end;
+        }
+        (at, at, at)
+    }
+
+    /// An element's value; empty where there is none.
+    pub(crate) fn value(&self, tag: (u16, u16)) -> &[u8] {
+        let (_, from, to) = self.find(tag);
+        &self.0[from..to]
+    }
+
+    /// Puts an element in its place, instead of the one that is there.
+    pub(crate) fn set(&mut self, tag: (u16, u16), vr: [u8; 2], value: &[u8]) {
+        let (from, _, to) = self.find(tag);
+        let mut element = Self::default();
+        element.element(tag, vr, value);
+        self.0.splice(from..to, element.0);
+    }
+
+    /// Takes an element out.
+    pub(crate) fn remove(&mut self, tag: (u16, u16)) {
+        let (from, _, to) = self.find(tag);
+        self.0.drain(from..to);
+    }
+
+    /// Makes an element's length, of four bytes, an undefined one; its value has a delimiter.
+    pub(crate) fn leave_length_open(&mut self, tag: (u16, u16)) {
+        let (_, value, _) = self.find(tag);
+        self.0[value - 4..value].fill(0xFF);
+    }
+
+    /// Writes the elements in implicit VR.
+    pub(crate) fn make_implicit(&mut self) {
+        let mut implicit = Vec::new();
+        let mut rest = Self(std::mem::take(&mut self.0));
+        while !rest.0.is_empty() {
+            let (_, value, end) = rest.first();
+            implicit.extend(&rest.0[..4]);
+            implicit.extend(((end - value) as u32).to_le_bytes());
+            implicit.extend(&rest.0[value..end]);
+            rest.0.drain(..end);
+        }
+        self.0 = implicit;
+    }
+
+    /// Encapsulates a compressed image as the pixels, which come last.
+    pub(crate) fn set_image(&mut self, image: &[u8]) {
+        let (from, ..) = self.find(PIXELS);
+        self.0.truncate(from);
+        let even = image.len() + image.len() % 2;
+        self.0.extend([0xE0, 0x7F, 0x10, 0, b'O', b'B', 0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
+        self.0.extend([0xFE, 0xFF, 0, 0xE0, 0, 0, 0, 0]);
+        self.0.extend([0xFE, 0xFF, 0, 0xE0]);
+        self.0.extend((even as u32).to_le_bytes());
+        self.0.extend(image);
+        self.0.resize(self.0.len() + even - image.len(), 0);
+        self.0.extend([0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0]);
+    }
+
     pub(crate) fn text(&mut self, tag: (u16, u16), vr: [u8; 2], value: &str) {
         self.element(tag, vr, value.as_bytes());
     }
@@ -186,6 +288,10 @@ impl Elements {
     pub(crate) fn short(&mut self, tag: (u16, u16), value: u16) {
         self.element(tag, *b"US", &value.to_le_bytes());
     }
+}
+
+fn is_long(vr: &[u8]) -> bool {
+    matches!(vr, b"OB" | b"OW" | b"OF" | b"OD" | b"SQ" | b"UN")
 }
 
 /// Preamble, file meta group and data set.

@@ -6,6 +6,7 @@ pub mod planes;
 pub mod random;
 
 pub(crate) mod dicom;
+pub(crate) mod ljpeg;
 pub mod manifold;
 pub mod oracle;
 pub mod sandbox;

@@ -2,7 +2,7 @@
 
 use super::doubles::drop_doubles;
 use super::error::{DicomError, FileFault};
-use super::instance::{Instance, frame_name};
+use super::instance::{Frame, Instance, frame_name};
 use super::order::{self, ArrangeError, Arranged, Missing};
 use super::series::{self, FrameRef, Group};
 use super::syntax;
@@ -215,10 +215,8 @@ fn meta(
     let description = description.into_iter().flatten().collect::<Vec<_>>().join(", ");
     Meta {
         rescale: rescale.unwrap_or(Rescale::IDENTITY),
-        padding: padding
-            .flatten()
-            .filter(|_| candidate.uniform)
-            .map(|(low, high)| Padding { low: low as f64, high: high as f64 }),
+        padding: padding.flatten().filter(|_| candidate.uniform),
+        uneven_padding: uneven_padding(&all).filter(|_| !candidate.uniform),
         modality: candidate.modality.clone(),
         series: Some(candidate.series.clone()),
         gaps_mm,
@@ -226,6 +224,19 @@ fn meta(
         notes,
         ..Meta::plain(Format::Dicom, grid, stored)
     }
+}
+
+/// The least and the greatest real value of padding in any image.
+fn uneven_padding(all: &[(&Instance, &Frame)]) -> Option<Padding> {
+    let ends = all.iter().filter_map(|(instance, frame)| {
+        let Padding { low, high } = instance.padding?;
+        let rescale = Rescale::new(frame.slope, frame.inter).unwrap_or(Rescale::IDENTITY);
+        Some([rescale.real(low), rescale.real(high)])
+    });
+    ends.flatten().fold(None, |range: Option<Padding>, x| {
+        let Padding { low, high } = range.unwrap_or(Padding { low: x, high: x });
+        Some(Padding { low: low.min(x), high: high.max(x) })
+    })
 }
 
 fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {

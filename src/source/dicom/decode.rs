@@ -14,6 +14,8 @@ pub(super) struct Image {
     /// Bits of a decoded sample, in the low bits, where a decoder tells; nothing where bits lie as
     /// the file's attributes say.
     pub(super) precision: Option<u32>,
+    /// The decoder may give values a little beyond those that were encoded.
+    pub(super) lossy: bool,
     /// Bits of the first byte that belong to the frame before.
     pub(super) skipped_bits: u32,
     /// High byte first.
@@ -52,7 +54,8 @@ pub(super) fn decode(
     let Some(codec) = syntax::codec(syntax) else {
         return Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() });
     };
-    let image = |precision| Image { precision, skipped_bits: 0, big: false };
+    let lossy = syntax::is_lossy(syntax);
+    let image = |precision| Image { precision, lossy, skipped_bits: 0, big: false };
     match codec {
         Codec::Rle => {
             *stored = rle::decode(stored, layout.n_samples(), layout.bytes)

@@ -31,7 +31,7 @@ pub(super) fn has_long_length(vr: [u8; 2]) -> bool {
 }
 
 /// The bytes of one value of a binary VR; 1 for text and bytes.
-fn value_bytes(vr: [u8; 2]) -> u32 {
+pub(super) fn value_bytes(vr: [u8; 2]) -> u32 {
     match &vr {
         b"US" | b"SS" | b"OW" => 2,
         b"UL" | b"SL" | b"FL" | b"OF" | b"OL" | b"AT" => 4,
@@ -40,17 +40,16 @@ fn value_bytes(vr: [u8; 2]) -> u32 {
     }
 }
 
-/// Refuses a value whose length is no whole number of values of its VR, which is the dictionary's
-/// where the file names none: a parser that reads whole values would go on in the middle of it,
-/// and take what it finds there for a length.
-pub(super) fn check_whole(element: &Element, explicit: bool) -> Result<(), FileFault> {
-    let vr = if explicit {
-        element.vr
-    } else {
-        let entry = StandardDataDictionary.by_tag(dicom_core::Tag(element.tag.0, element.tag.1));
-        entry.map_or(*b"UN", |entry| entry.vr().relaxed().to_bytes())
-    };
-    if element.length.is_multiple_of(value_bytes(vr)) {
+/// The VR that the standard gives a tag; UN for a tag that is not in it.
+pub(super) fn standard_vr(tag: Tag) -> [u8; 2] {
+    let entry = StandardDataDictionary.by_tag(dicom_core::Tag(tag.0, tag.1));
+    entry.map_or(*b"UN", |entry| entry.vr().relaxed().to_bytes())
+}
+
+/// Refuses a value whose length is no whole number of values of its VR: a parser that reads whole
+/// values would go on in the middle of it, and take what it finds there for a length.
+pub(super) fn check_whole(element: &Element) -> Result<(), FileFault> {
+    if element.length.is_multiple_of(value_bytes(element.vr)) {
         return Ok(());
     }
     let what = "its length is no whole number of values";

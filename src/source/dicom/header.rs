@@ -95,6 +95,11 @@ pub(super) fn number(
     Ok(numbers(item, of, attribute)?.first().copied())
 }
 
+/// The first value as a number, be it infinite; none where it is NaN or no number.
+pub(super) fn float(item: &Item, of: Tag) -> Option<f64> {
+    text(item, of)?.parse::<f64>().ok().filter(|v| !v.is_nan())
+}
+
 /// As many numbers as wanted; none where the element is absent or empty.
 ///
 /// # Errors

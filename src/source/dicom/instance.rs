@@ -12,6 +12,7 @@ use super::set_aside::{self, What};
 use super::tags;
 use super::walk::{PixelElement, Walked, walk};
 use crate::geom::vec3::Vec3;
+use crate::volume::Padding;
 
 /// What one file turned out to be.
 pub(super) enum Scanned {
@@ -46,7 +47,7 @@ pub(super) struct Instance {
     /// InstanceNumber; 0 where there is none.
     pub(super) number: i64,
     /// Stored values that stand for nothing, both ends included.
-    pub(super) padding: Option<(i64, i64)>,
+    pub(super) padding: Option<Padding>,
     /// What is wrong with the pixels, seen without reading them.
     pub(super) fault: Option<FileFault>,
     pub(super) frames: Vec<Frame>,
@@ -229,19 +230,36 @@ fn pixel_fault(
     }
 }
 
-/// PixelPaddingValue to PixelPaddingRangeLimit, as stored values of the image's own sign.
-fn padding(header: &Item, layout: &Layout) -> Result<Option<(i64, i64)>, FileFault> {
+/// PixelPaddingValue to PixelPaddingRangeLimit, as stored values of the image's own sign; of
+/// floats those of their own size.
+fn padding(header: &Item, layout: &Layout) -> Result<Option<Padding>, FileFault> {
     use super::layout::SampleKind;
-    let signed = |v: i64| match (layout.kind, layout.bytes) {
-        (SampleKind::Signed, 1) => i64::from(v as i8),
-        (SampleKind::Signed, 2) => i64::from(v as i16),
-        (SampleKind::Unsigned, 1 | 2) => i64::from(v as u16),
-        _ => v,
+    let ends = match (layout.kind, layout.bytes) {
+        (SampleKind::Float, 4) => {
+            let read = |tag| header::float(header, tag).map(|v| f64::from(v as f32));
+            (read(tags::FLOAT_PADDING_VALUE), read(tags::FLOAT_PADDING_RANGE_LIMIT))
+        }
+        (SampleKind::Float, _) => {
+            let read = |tag| header::float(header, tag);
+            (read(tags::DOUBLE_FLOAT_PADDING_VALUE), read(tags::DOUBLE_FLOAT_PADDING_RANGE_LIMIT))
+        }
+        (kind, bytes) => {
+            let read = |tag, attribute| {
+                let value = header::integer(header, tag, attribute)?;
+                Ok::<_, FileFault>(value.map(|v| match (kind, bytes) {
+                    (SampleKind::Signed, 1) => f64::from(v as i8),
+                    (SampleKind::Signed, 2) => f64::from(v as i16),
+                    (SampleKind::Unsigned, 1 | 2) => f64::from(v as u16),
+                    _ => v as f64,
+                }))
+            };
+            (
+                read(tags::PIXEL_PADDING_VALUE, "PixelPaddingValue")?,
+                read(tags::PIXEL_PADDING_RANGE_LIMIT, "PixelPaddingRangeLimit")?,
+            )
+        }
     };
-    let value = header::integer(header, tags::PIXEL_PADDING_VALUE, "PixelPaddingValue")?;
-    let limit = header::integer(header, tags::PIXEL_PADDING_RANGE_LIMIT, "PixelPaddingRangeLimit")?;
-    Ok(value.map(signed).map(|v| {
-        let limit = limit.map_or(v, signed);
-        (v.min(limit), v.max(limit))
-    }))
+    let (Some(value), limit) = ends else { return Ok(None) };
+    let limit = limit.unwrap_or(value);
+    Ok(Some(Padding { low: value.min(limit), high: value.max(limit) }))
 }

@@ -2,8 +2,8 @@
 
 use super::error::FileFault;
 use super::header::{self, Item, bad};
-use super::tags;
 use super::walk::{PixelElement, Walked};
+use super::{syntax, tags};
 use crate::geom::Dims;
 use crate::volume::StoredType;
 
@@ -87,7 +87,7 @@ impl Layout {
             bytes,
             bits_stored: stored as u32,
             high_bit: high as u32,
-            big: walked.encoding.big,
+            big: walked.encoding.big || syntax::has_big_pixels(&walked.syntax),
             swapped_pairs: walked.encoding.big && bytes == 1 && pixels.words,
         })
     }

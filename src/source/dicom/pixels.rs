@@ -14,6 +14,7 @@ use super::layout::{Layout, SampleKind};
 use super::series::FrameRef;
 use super::syntax;
 use super::walk::PixelElement;
+use crate::volume::{Inside, Padding};
 
 /// The pixels of one file, ready to be read frame by frame from several threads.
 pub(super) struct Pixels {
@@ -43,7 +44,9 @@ pub(super) struct Slice {
     pub(super) frame: u64,
     pub(super) slope: f64,
     pub(super) inter: f64,
-    pub(super) padding: Option<(i64, i64)>,
+    pub(super) padding: Option<Padding>,
+    /// Where padding is handed on by its own value unless that is inside.
+    pub(super) inside: Option<Inside>,
 }
 
 impl Pixels {
@@ -66,6 +69,7 @@ impl Pixels {
                     slope: 1.0,
                     inter: 0.0,
                     padding: None,
+                    inside: None,
                 });
                 continue;
             };
@@ -81,6 +85,7 @@ impl Pixels {
                 slope: frame.slope,
                 inter: frame.inter,
                 padding: instance.padding,
+                inside: None,
             });
         }
         Ok(slices)
@@ -195,7 +200,7 @@ impl Pixels {
         if found < length {
             return Err(FileFault::PixelsEnd { found, wanted: length });
         }
-        Ok(Image { precision: None, skipped_bits, big: self.layout.big })
+        Ok(Image { precision: None, lossy: false, skipped_bits, big: self.layout.big })
     }
 
     /// Appends bytes from a place in the file (plain), or in the pixel element's value.

@@ -11,7 +11,7 @@ use super::layout::Layout;
 use super::pixels::Slice;
 use super::unpack::{self, FromStored};
 use crate::source::{AnyPlanes, Planes, PositionedPlanes, SourceError};
-use crate::volume::{Meta, Rescale, Sample, StoredType};
+use crate::volume::{Inside, Meta, Rescale, Sample, StoredType};
 
 /// Reads a slice's samples into a plane; the bytes are room to read into.
 type Fill<T> = fn(&Slice, &mut Vec<u8>, &mut [T]) -> Result<(), DicomError>;
@@ -67,6 +67,12 @@ impl<T: Sample> PositionedPlanes<T> for Frames<T> {
         STORED.replace(bytes);
         result.map_err(|e| SourceError::Dicom(Box::new(e)))
     }
+
+    fn keep_padding(&mut self, inside: Inside) {
+        for slice in &mut self.slices {
+            slice.inside = Some(inside);
+        }
+    }
 }
 
 /// Reads the frame of a slice; nothing where none was stored, so that the plane is zero.
@@ -109,17 +115,18 @@ fn double(slice: &Slice, bytes: &mut Vec<u8>, out: &mut [f64]) -> Result<(), Dic
     Ok(())
 }
 
-/// Real values; padding becomes NaN, which is outside at any level.
+/// Real values; padding becomes NaN, which is outside at any level, unless a level is known at
+/// which it is outside by its own value.
 fn real(slice: &Slice, bytes: &mut Vec<u8>, out: &mut [f64]) -> Result<(), DicomError> {
     let Some((layout, image)) = read(slice, bytes)? else {
         out.fill(0.0);
         return Ok(());
     };
     let rescale = Rescale::new(slice.slope, slice.inter).unwrap_or(Rescale::IDENTITY);
-    let padding = slice.padding.map(|(low, high)| (low as f64, high as f64));
-    unpack::real(layout, &image, bytes, out, |v| match padding {
-        Some((low, high)) if v >= low && v <= high => f64::NAN,
-        _ => rescale.real(v),
+    unpack::real(layout, &image, bytes, out, |v| {
+        let real = rescale.real(v);
+        let padded = slice.padding.is_some_and(|p| p.holds(v));
+        if padded && slice.inside.is_none_or(|inside| inside.holds(real)) { f64::NAN } else { real }
     });
     Ok(())
 }

@@ -3,6 +3,8 @@
 use super::error::FileFault;
 use super::layout::Layout;
 
+/// General Electric's own: everything little endian but the pixels.
+const GE_PRIVATE: &str = "1.2.840.113619.5.2";
 const JPEG_EXTENDED: &str = "1.2.840.10008.1.2.4.51";
 
 /// The codec of a transfer syntax whose pixels are encapsulated.
@@ -25,8 +27,13 @@ pub(super) fn is_encapsulated(syntax: &str) -> bool {
             | "1.2.840.10008.1.2.1"
             | "1.2.840.10008.1.2.1.99"
             | "1.2.840.10008.1.2.2"
-            | "1.2.840.113619.5.2"
+            | GE_PRIVATE
     )
+}
+
+/// Whether samples of several bytes have their high byte first, whatever the headers do.
+pub(super) fn has_big_pixels(syntax: &str) -> bool {
+    syntax == GE_PRIVATE
 }
 
 /// The codec, if it is one that is decoded.
@@ -48,6 +55,18 @@ pub(super) fn codec(syntax: &str) -> Option<Codec> {
     }
 }
 
+/// Whether an encoder may have changed the samples.
+pub(super) fn is_lossy(syntax: &str) -> bool {
+    matches!(
+        syntax,
+        "1.2.840.10008.1.2.4.50"
+            | JPEG_EXTENDED
+            | "1.2.840.10008.1.2.4.81"
+            | "1.2.840.10008.1.2.4.91"
+            | "1.2.840.10008.1.2.4.203"
+    )
+}
+
 /// Why an encapsulated syntax is not decoded, if it is not.
 pub(super) fn refuse(syntax: &str, layout: &Layout) -> Option<FileFault> {
     let decoded = match codec(syntax) {
@@ -67,6 +86,7 @@ pub(super) fn name(syntax: &str) -> &'static str {
         "1.2.840.10008.1.2.1" => "explicit VR little endian",
         "1.2.840.10008.1.2.1.99" => "deflated",
         "1.2.840.10008.1.2.2" => "explicit VR big endian",
+        GE_PRIVATE => "GE private, big endian pixels",
         "1.2.840.10008.1.2.5" => "RLE",
         "1.2.840.10008.1.2.8.1" => "deflated frames",
         "1.2.840.10008.1.2.4.50" => "JPEG baseline",
@@ -97,6 +117,7 @@ pub(super) fn short_name(syntax: &str) -> &'static str {
         "1.2.840.10008.1.2" => "implicit LE",
         "1.2.840.10008.1.2.1" => "explicit LE",
         "1.2.840.10008.1.2.2" => "explicit BE",
+        GE_PRIVATE => "GE private",
         "1.2.840.10008.1.2.4.50" => "JPEG",
         JPEG_EXTENDED => "JPEG 12 bit",
         "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => "JPEG lossless",

@@ -93,6 +93,20 @@ pub(super) fn floats<T>(
     }
 }
 
+/// Where in a stored integer its value lies: the lowest bit, and how many there are.
+fn value_bits(layout: &Layout, image: &Image) -> (u32, u32) {
+    let below = layout.high_bit + 1 - layout.bits_stored;
+    let Some(precision) = image.precision else { return (below, layout.bits_stored) };
+    let precision = precision.clamp(1, layout.bytes as u32 * 8);
+    // A codestream that reaches beyond HighBit holds the whole cells, with whatever lies in the
+    // bits that BitsStored leaves unused (PS3.5, 8.1.1); any other holds values alone.
+    let shift = if precision > layout.high_bit { below } else { 0 };
+    // A value that a lossy codec carries past the range of BitsStored would wrap around to its
+    // other end.
+    let bits = if image.lossy { precision - shift } else { precision.min(layout.bits_stored) };
+    (shift, bits)
+}
+
 /// Calls `put` with the index and value of each of `n` stored integers.
 fn each(layout: &Layout, image: &Image, stored: &[u8], n: usize, mut put: impl FnMut(usize, i64)) {
     if layout.kind == SampleKind::Bit {
@@ -104,11 +118,7 @@ fn each(layout: &Layout, image: &Image, stored: &[u8], n: usize, mut put: impl F
         }
         return;
     }
-    // Decoders put values in the low bits; natively they end at HighBit.
-    let (shift, bits) = match image.precision {
-        Some(precision) => (0, precision.clamp(1, layout.bytes as u32 * 8)),
-        None => (layout.high_bit + 1 - layout.bits_stored, layout.bits_stored),
-    };
+    let (shift, bits) = value_bits(layout, image);
     // Left to the top of 64 bits, then back down with or without the sign.
     let up = 64 - bits - shift;
     let down = 64 - bits;
@@ -138,5 +148,32 @@ fn each(layout: &Layout, image: &Image, stored: &[u8], n: usize, mut put: impl F
                 value(index, u64::from(raw));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_the_bits_of_bits_stored_unless_the_codestream_has_fewer_or_is_lossy() {
+        let of = |bits_stored, high_bit, precision, lossy| {
+            let kind = SampleKind::Unsigned;
+            let (rows, cols, bytes, big, swapped_pairs) = (1, 1, 2, false, false);
+            let layout =
+                Layout { rows, cols, kind, bytes, bits_stored, high_bit, big, swapped_pairs };
+            let image = Image { precision, lossy, skipped_bits: 0, big };
+            let mut values = [0_u16; 2];
+            integers(&layout, &image, &[0x01, 0x10, 0xF0, 0xFF], &mut values);
+            values
+        };
+        assert_eq!(of(12, 11, None, false), [1, 0xFF0]);
+        assert_eq!(of(12, 15, None, false), [0x100, 0xFFF]);
+        assert_eq!(of(12, 11, Some(16), false), [1, 0xFF0]);
+        assert_eq!(of(12, 15, Some(16), false), [0x100, 0xFFF]);
+        assert_eq!(of(12, 15, Some(12), false), [1, 0xFF0]);
+        assert_eq!(of(16, 15, Some(12), false), [1, 0xFF0]);
+        // One above 4095, as a lossy codec may make of 4095.
+        assert_eq!(of(12, 11, Some(16), true), [0x1001, 0xFFF0]);
     }
 }

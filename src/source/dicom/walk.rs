@@ -7,7 +7,7 @@
 use super::blob::Stream;
 use super::element::{
     Element, Encoding, UNDEFINED, append, check_whole, defined_length, has_long_length,
-    read_element, skip,
+    read_element, skip, standard_vr, value_bytes,
 };
 use super::error::{FileFault, Tag};
 use super::start::{self, find_start, read_meta, settle_encoding};
@@ -109,7 +109,7 @@ struct Level {
     /// Where it ends; nothing where a delimiter ends it.
     end: Option<u64>,
     kept: bool,
-    explicit: bool,
+    encoding: Encoding,
 }
 
 struct Walker<'a> {
@@ -126,10 +126,8 @@ impl Walker<'_> {
     fn run(&mut self) -> Result<Option<PixelElement>, FileFault> {
         loop {
             self.close_ended()?;
-            let explicit = self.levels.last().map_or(self.encoding.explicit, |l| l.explicit);
-            let Some(element) =
-                read_element(&mut self.stream, Encoding { explicit, ..self.encoding })?
-            else {
+            let encoding = self.encoding_here();
+            let Some(element) = read_element(&mut self.stream, encoding)? else {
                 return if self.levels.is_empty() {
                     Ok(None)
                 } else {
@@ -169,13 +167,18 @@ impl Walker<'_> {
         }
     }
 
+    /// How the elements of the innermost level are written.
+    fn encoding_here(&self) -> Encoding {
+        self.levels.last().map_or(self.encoding, |level| level.encoding)
+    }
+
     fn in_sequence(&mut self, element: &Element) -> Result<(), FileFault> {
         let Some(level) = self.levels.last() else { return Ok(()) };
         match element.tag {
             ITEM => {
-                let (kept, explicit) = (level.kept, level.explicit);
+                let (kept, encoding) = (level.kept, level.encoding);
                 let end = self.end_of(element)?;
-                self.open(Level { kind: LevelKind::Item, tag: ITEM, end, kept, explicit }, *b"  ")
+                self.open(Level { kind: LevelKind::Item, tag: ITEM, end, kept, encoding }, *b"  ")
             }
             SEQUENCE_END => {
                 self.close();
@@ -189,39 +192,51 @@ impl Walker<'_> {
     fn element(&mut self, element: &Element) -> Result<(), FileFault> {
         let parent_kept = self.levels.last().is_none_or(|l| l.kept);
         let kept = parent_kept && (tags::is_kept(element.tag) || self.more.contains(&element.tag));
-        let explicit = self.levels.last().map_or(self.encoding.explicit, |l| l.explicit);
+        let around = self.encoding_here();
+        let unknown = &element.vr == b"UN";
+        let nameless = unknown || !around.explicit;
+        let vr = if kept && nameless { standard_vr(element.tag) } else { element.vr };
+        // A value of unknown VR is implicit and little endian in any file (PS3.5, 6.2.2, note 2).
+        let encoding = if unknown { Encoding { explicit: false, big: false } } else { around };
         let undefined = element.length == UNDEFINED;
-        let is_sequence = if explicit {
-            &element.vr == b"SQ"
-        } else {
-            undefined || (kept && is_kept_sequence(element.tag))
-        };
+        let is_sequence = &vr == b"SQ" || (undefined && nameless && !kept);
         if is_sequence && (kept || undefined) {
             let end = self.end_of(element)?;
-            let level = Level { kind: LevelKind::Sequence, tag: element.tag, end, kept, explicit };
-            return self.open(level, element.vr);
+            let level = Level { kind: LevelKind::Sequence, tag: element.tag, end, kept, encoding };
+            return self.open(level, vr);
         }
-        if undefined {
-            // Without a known VR the contents are implicit (PS3.5, 6.2.2, note on UN); bytes and
-            // words of undefined length are encapsulated.
-            let (kind, explicit) = if &element.vr == b"UN" {
-                (LevelKind::Sequence, false)
-            } else {
-                (LevelKind::Fragments, explicit)
-            };
-            let level = Level { kind, tag: element.tag, end: None, kept: false, explicit };
-            return self.open(level, element.vr);
+        if undefined && !nameless {
+            // Bytes and words of undefined length are encapsulated.
+            let kind = LevelKind::Fragments;
+            let level = Level { kind, tag: element.tag, end: None, kept: false, encoding };
+            return self.open(level, vr);
         }
         let length = defined_length(element, &self.stream)?;
-        if !kept || &element.vr == b"UN" {
+        if !kept || &vr == b"UN" {
             return skip(&mut self.stream, element, length);
         }
-        check_whole(element, explicit)?;
+        self.keep(&Element { vr, ..*element }, length, encoding.big)
+    }
+
+    /// Keeps a value, in the file's byte order.
+    fn keep(&mut self, element: &Element, length: u64, big: bool) -> Result<(), FileFault> {
+        let Element { tag, vr, .. } = *element;
+        check_whole(element)?;
         if length > MAX_VALUE {
             return Err(FileFault::HeaderTooLarge { limit: MAX_VALUE });
         }
-        self.emit(element.tag, element.vr, element.length)?;
-        append(&mut self.stream, length, &mut self.kept)
+        if self.encoding.explicit && !has_long_length(vr) && length > u64::from(u16::MAX) {
+            let what = "longer than 65535 bytes, too long for its value representation";
+            return Err(FileFault::BadElement { tag, what });
+        }
+        self.emit(tag, vr, element.length)?;
+        let start = self.kept.len();
+        append(&mut self.stream, length, &mut self.kept)?;
+        if big != self.encoding.big {
+            let value = self.kept.get_mut(start..).unwrap_or_default();
+            value.chunks_exact_mut(value_bytes(vr) as usize).for_each(<[u8]>::reverse);
+        }
+        Ok(())
     }
 
     /// Where a sequence or an item ends, which must lie within the file.
@@ -284,7 +299,8 @@ impl Walker<'_> {
         let long = |v: u32| if big { v.to_be_bytes() } else { v.to_le_bytes() };
         self.kept.extend(short(tag.0));
         self.kept.extend(short(tag.1));
-        if tag.0 == 0xFFFE || &vr == b"  " {
+        // Items and delimiters never name a VR.
+        if tag.0 == 0xFFFE || !self.encoding.explicit {
             self.kept.extend(long(length));
         } else {
             self.kept.extend(vr);
@@ -308,24 +324,4 @@ impl Walker<'_> {
 
 fn length_or_none(length: u32) -> usize {
     if length == UNDEFINED { 0 } else { length as usize }
-}
-
-/// The sequences among the kept elements: without VRs nothing else tells.
-fn is_kept_sequence(tag: Tag) -> bool {
-    matches!(
-        tag,
-        tags::MR_ECHO_SEQUENCE
-            | tags::MR_DIFFUSION_SEQUENCE
-            | tags::MR_IMAGE_FRAME_TYPE_SEQUENCE
-            | tags::FRAME_CONTENT_SEQUENCE
-            | tags::PLANE_POSITION_SEQUENCE
-            | tags::PLANE_ORIENTATION_SEQUENCE
-            | tags::MODALITY_LUT_SEQUENCE
-            | tags::PIXEL_MEASURES_SEQUENCE
-            | tags::PIXEL_VALUE_TRANSFORMATION_SEQUENCE
-            | tags::DETECTOR_INFORMATION_SEQUENCE
-            | tags::SEGMENT_IDENTIFICATION_SEQUENCE
-            | tags::SHARED_FUNCTIONAL_GROUPS
-            | tags::PER_FRAME_FUNCTIONAL_GROUPS
-    )
 }

@@ -52,7 +52,7 @@ pub fn blur(volume: Volume<'_>, sigma_mm: f64) -> Result<Volume<'_>, SourceError
         return Err(WrapError::Window { planes: window, bytes, limit: MAX_PLANE_BYTES }.into());
     }
     let planes = with_planes!(planes, inner => AnyPlanes::F64(blurred(inner, &meta, gaussian)));
-    meta.padding = None;
+    (meta.padding, meta.uneven_padding) = (None, None);
     Ok(Volume { meta, planes })
 }
 

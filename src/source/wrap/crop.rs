@@ -8,7 +8,7 @@ use super::lend::{Pool, internal, plane};
 use super::{WrapError, any};
 use crate::geom::Dims;
 use crate::source::{OrderedPlanes, Planes, PositionedPlanes, SourceError, Volume};
-use crate::volume::{Note, Sample};
+use crate::volume::{Inside, Note, Sample};
 
 /// The samples whose indices lie in three half-open ranges, along i, j and k. They stay where they
 /// were in millimetres, and voxel coordinates stay those of the whole volume.
@@ -159,5 +159,9 @@ impl<T: Sample> PositionedPlanes<T> for Positioned<'_, T> {
         } else {
             Ok(false)
         }
+    }
+
+    fn keep_padding(&mut self, inside: Inside) {
+        self.inner.keep_padding(inside);
     }
 }

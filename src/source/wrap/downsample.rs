@@ -31,7 +31,7 @@ pub fn downsample(volume: Volume<'_>, n: [usize; 3]) -> Result<Volume<'_>, Sourc
     let planes = with_planes!(planes, inner => AnyPlanes::F64(means(inner, &meta, n)));
     meta.gaps_mm = grid.gaps_mm();
     meta.grid = grid;
-    meta.padding = None;
+    (meta.padding, meta.uneven_padding) = (None, None);
     Ok(Volume { meta, planes })
 }
 

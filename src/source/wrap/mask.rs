@@ -15,7 +15,7 @@ pub fn mask<'a>(volume: Volume<'a>, values: &[f64]) -> Volume<'a> {
     let Volume { mut meta, planes } = volume;
     let planes = with_planes!(planes, inner => AnyPlanes::U8(marked(inner, &meta, values)));
     meta.rescale = Rescale::IDENTITY;
-    meta.padding = None;
+    (meta.padding, meta.uneven_padding) = (None, None);
     Volume { meta, planes }
 }
 
