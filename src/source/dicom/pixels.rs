@@ -249,14 +249,15 @@ impl Pixels {
     }
 }
 
-/// Streams to the first byte of the pixel element's value.
+/// Streams to the first byte of the pixel element's value; the bytes are verified as a whole where
+/// that can be.
 fn with_element<T>(
     blob: &Blob,
     deflated_at: Option<u64>,
     element: &PixelElement,
     read: impl FnOnce(Stream<'_>) -> Result<T, FileFault>,
 ) -> Result<T, FileFault> {
-    blob.with_stream(|mut stream| {
+    blob.with_verified_stream(|mut stream| {
         if let Some(at) = deflated_at {
             stream.skip(at).map_err(FileFault::io)?;
             stream = stream.inflate();
