@@ -82,7 +82,8 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Content, 
     let volume = input::open(input, reading, opening)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
     let survey = source::survey(volume).map_err(|e| Error::at(path, e))?;
-    let metas = if is_dicom || reading.raw.is_some() { vec![meta] } else { source::volumes(path)? };
+    let is_alone = is_dicom || reading.raw.is_some();
+    let metas = if is_alone { vec![meta] } else { source::volumes_beside(&meta) };
     let listed = |meta: Meta| Listed {
         is_default: meta.volume_number == number,
         survey: (meta.volume_number == number).then(|| survey.clone()),

@@ -5,6 +5,7 @@ mod find;
 mod kill;
 mod levels;
 mod resume;
+mod pipes;
 mod run;
 mod tree;
 

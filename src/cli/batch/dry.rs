@@ -12,6 +12,7 @@ use crate::cli::term::Term;
 use crate::cli::{extract, input};
 use crate::error::{Error, Kind};
 use crate::pipeline::{self, Method, RunError};
+use crate::source::SourceError;
 use crate::volume::Meta;
 
 /// Tells of each job what would be read, chosen and written.
@@ -74,9 +75,10 @@ struct Plan {
 fn plan(run: &Run, job: &Job) -> Result<Plan, Trouble> {
     match &job.scan.volume {
         Found::Broken(trouble) => Err(trouble.clone()),
-        Found::Stdin => {
-            let what = "standard input is read once: --dry-run cannot look at it";
-            Err(Error::new(RunError::Internal(what)).into())
+        _ if job.scan.is_read_once() => {
+            let (kind, hint) = (Kind::Unreadable, None);
+            let message = "is read once: --dry-run cannot look at it".to_owned();
+            Err(Error::at(job.scan.shown(), SourceError::Other { kind, message, hint }).into())
         }
         _ => {
             let Extract { steps, mask, surface, .. } = &run.extract;
