@@ -55,15 +55,15 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
         return Ok(Content::Stream);
     }
     let input = Input::open(path).map_err(at)?;
-    let content = content_of(input.head());
-    match content {
+    match content_of(input.head()) {
+        Content::Nifti => Ok(Content::Nifti),
+        _ if is_image(path) => Ok(Content::Nifti),
         Content::Gzip => {
             let mut stream = input.into_stream(true).map_err(at)?;
             let head = nifti::head_of(&mut stream).map_err(at)?;
-            Ok(if nifti::recognise(&head) || is_image(path) { Content::Nifti } else { content })
+            Ok(if nifti::recognise(&head) { Content::Nifti } else { Content::Gzip })
         }
-        Content::Unknown if is_image(path) => Ok(Content::Nifti),
-        _ => Ok(content),
+        content => Ok(content),
     }
 }
 
@@ -175,7 +175,6 @@ fn open_nifti(path: &Path) -> Result<Nifti, Error> {
     let unknown = |name| Error::at(path, SourceError::UnknownFormat(name));
     match content_of(input.head()) {
         Content::Nifti => Nifti::open(path, input),
-        // An image that begins like anything at all is told by its name and the header beside it.
         _ if is_image(path) => {
             let header = nifti::partner(path, Part::Header).map_err(|e| at(e.into()))?;
             let input = Input::open(&header).map_err(|e| Error::at(&header, e))?;
