@@ -1,11 +1,12 @@
 //! Many scans in one run.
 
 mod config;
+mod entries;
 mod find;
 mod kill;
 mod levels;
-mod resume;
 mod pipes;
+mod resume;
 mod run;
 mod tree;
 

@@ -9,7 +9,7 @@ use crate::error::{Failure, Kind};
 #[non_exhaustive]
 pub enum FileFault {
     /// The system's own error.
-    #[error("cannot be read: {0}")]
+    #[error("{}", crate::source::error::describe(.0))]
     Io(#[source] Arc<std::io::Error>),
     /// No DICOM in it.
     #[error("no DICOM file")]
@@ -177,6 +177,7 @@ impl Failure for FileFault {
                 "export the series uncompressed, or convert it (dcmdjpeg, gdcmconv --raw)"
                     .to_owned(),
             ),
+            Self::Io(e) => crate::error::system_hint(e).map(str::to_owned),
             Self::JpegLs { error, .. } if error.kind() == Kind::TooLarge => None,
             Self::JpegLs { .. } | Self::Codec { .. } | Self::NoFrame { .. } => {
                 Some("the file is damaged; export it again".to_owned())
