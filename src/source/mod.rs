@@ -18,6 +18,7 @@ mod survey;
 mod wrap;
 
 pub use error::SourceError;
+pub(crate) use error::grouped;
 pub use nifti::NiftiError;
 pub use open::{
     Content, MAX_LISTED_VOLUMES, OpenOptions, files, is_stream, open, sniff, volumes,

@@ -8,7 +8,7 @@ use super::{Found, Job};
 use crate::cancel::Cancel;
 use crate::cli::options::{Extract, Run};
 use crate::cli::report::{self, Trouble, grouped};
-use crate::cli::term::Term;
+use crate::cli::term::{Term, one_line};
 use crate::cli::{extract, input};
 use crate::error::{Error, Kind};
 use crate::pipeline::{self, Method, RunError};
@@ -100,7 +100,7 @@ fn text(job: &Job, plan: &Plan) -> String {
     let [nx, ny, nz] = meta.grid.dims.to_array();
     let mut text = format!(
         "{}\n  {} volume {} of {}, {nx} x {ny} x {nz} {}; at most {} MiB of memory\n",
-        job.scan.shown(),
+        one_line(&job.scan.shown()),
         meta.format.as_str(),
         meta.volume_number,
         meta.n_volumes,
@@ -109,9 +109,9 @@ fn text(job: &Job, plan: &Plan) -> String {
     );
     for target in &job.targets {
         let iso = report::asked(target.level).map_or(String::new(), |iso| format!("--iso {iso} "));
-        let about = grouped(*triangles);
+        let (output, about) = (one_line(&target.output.shown()), grouped(*triangles));
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {iso}-> {}, about {about} triangles", target.output.shown());
+        let _ = writeln!(text, "  {iso}-> {output}, about {about} triangles");
     }
     text
 }

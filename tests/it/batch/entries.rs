@@ -5,7 +5,7 @@
 use std::os::unix::fs::symlink;
 
 use super::{GOOD, good_tree, repository};
-use crate::support::sandbox::{Sandbox, with_status};
+use crate::support::sandbox::{Sandbox, stderr, with_status};
 
 fn volume() -> std::path::PathBuf {
     repository("testdata/nifti/synth/t_u8_le.nii")
@@ -80,4 +80,17 @@ fn names_that_are_no_text_are_read_and_kept_apart() {
     sandbox.ends(0, "in -r --iso 50 -o out -q");
     let names = ["a%FE.stl", "a%FF.stl", "d%FF/b.stl", "s%FE.stl", "s%FF.stl"];
     assert_eq!(sandbox.names("out"), names);
+}
+
+#[test]
+fn line_breaks_in_names_do_not_break_lines() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&volume(), "in/new\nline.nii");
+    std::fs::write(sandbox.path("in/bad\nname.nii"), "no volume").unwrap();
+    std::fs::create_dir(sandbox.path("o\nut")).unwrap();
+    let output = sandbox.run(&["in", "-r", "--iso", "50", "-o", "o\nut"]);
+    let said = stderr(&output);
+    assert!(said.contains("o?ut/new_line.stl: "), "{said}");
+    let begins = ["error: ", "hint: ", "note: ", "o?ut/", "done ", "  "];
+    assert!(said.lines().all(|line| begins.iter().any(|b| line.starts_with(b))), "{said}");
 }
