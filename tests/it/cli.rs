@@ -382,3 +382,16 @@ fn limits_and_temporary_files_are_told_as_what_they_are() {
     );
     assert!(said.contains("hint: TMPDIR names another folder for it"), "{said}");
 }
+
+#[test]
+fn an_open_mesh_has_no_outside_to_be_wound_to() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let output = sandbox.run(&["check", "one.obj", "--json"]);
+    let report = object(&output);
+    assert_eq!((&report["closed"], &report["outward"]), (&false.into(), &Value::Null));
+    assert_eq!(output.status.code(), Some(1));
+    let output = sandbox.run(&["check", "one.obj"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("closed NO, manifold yes, outward - (open)"), "{said}");
+}
