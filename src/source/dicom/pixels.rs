@@ -269,7 +269,7 @@ fn with_element<T>(
 
 /// Inflates the value of a pixel element into a temporary file without a name.
 fn spool(blob: &Blob, deflated_at: Option<u64>, element: &PixelElement) -> Result<File, FileFault> {
-    let mut file = tempfile::tempfile().map_err(FileFault::io)?;
+    let mut file = tempfile::tempfile().map_err(FileFault::temporary)?;
     with_element(blob, deflated_at, element, |mut stream| {
         let mut left = element.length.unwrap_or(u64::MAX);
         let mut chunk = Vec::new();
@@ -279,7 +279,7 @@ fn spool(blob: &Blob, deflated_at: Option<u64>, element: &PixelElement) -> Resul
             if n == 0 {
                 break;
             }
-            file.write_all(&chunk).map_err(FileFault::io)?;
+            file.write_all(&chunk).map_err(FileFault::temporary)?;
             left -= n;
         }
         Ok(())
