@@ -101,10 +101,33 @@ impl fmt::Display for Kind {
     }
 }
 
-/// The system's own words for an error, in lower case and without its number.
+/// The system's error in words, in lower case and without its number.
 pub(crate) fn system_words(error: &std::io::Error) -> String {
+    if is_circle(error) {
+        return "its symbolic links lead in a circle".to_owned();
+    }
     let text = error.to_string();
     text.split(" (os error").next().unwrap_or_default().to_lowercase()
+}
+
+/// Whether it is the system's error for symbolic links that lead in a circle, which the standard
+/// library has no stable name for.
+pub(crate) fn is_circle(error: &std::io::Error) -> bool {
+    let code = if cfg!(windows) {
+        1921
+    } else if cfg!(any(target_os = "linux", target_os = "android")) {
+        40
+    } else {
+        62
+    };
+    error.raw_os_error() == Some(code)
+}
+
+/// What can be done about an error of the system.
+pub(crate) fn system_hint(error: &std::io::Error) -> Option<&'static str> {
+    let too_many = if cfg!(windows) { [4, 4] } else { [23, 24] };
+    let is_too_many = error.raw_os_error().is_some_and(|code| too_many.contains(&code));
+    is_too_many.then_some("raise the limit (ulimit -n), or take fewer --threads and --jobs")
 }
 
 /// What every layer's error can say of itself. Its `Display` is one line in lower case, with the

@@ -155,6 +155,7 @@ pub(crate) struct SurfaceArgs {
 pub(crate) struct StepsArgs {
     /// Only samples in these index ranges: I0:I1,J0:J1,K0:K1, from 0, ends not included
     #[arg(long, value_name = "RANGES", value_parser = value::index_ranges)]
+    #[arg(allow_hyphen_values = true)]
     pub(crate) crop: Option<[[usize; 2]; 3]>,
     /// Only samples around this box in the output's coordinates: X0:X1,Y0:Y1,Z0:Z1
     #[arg(long, value_name = "BOX", value_parser = value::ranges, allow_hyphen_values = true)]

@@ -72,7 +72,8 @@ fn object(path: &Path, topology: &Topology) -> Value {
         "ok": is_ok(topology),
         "closed": topology.closed,
         "manifold": topology.manifold,
-        "outward": topology.outward,
+        // An open mesh has no outside.
+        "outward": topology.closed.then_some(topology.outward),
         "vertices": topology.n_vertices,
         "triangles": topology.n_triangles,
         "components": topology.n_components,
@@ -91,7 +92,7 @@ fn text(path: &Path, topology: &Topology) -> String {
         if is_ok(topology) { "ok" } else { "NOT OK" },
         word(topology.closed),
         word(topology.manifold),
-        word(topology.outward),
+        if topology.closed { word(topology.outward) } else { "- (open)" },
         grouped(topology.n_triangles),
         grouped(topology.n_vertices),
         topology.n_components,

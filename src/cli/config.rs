@@ -4,6 +4,7 @@
 //! option means the same in both places.
 
 use std::ffi::OsString;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::parser::ValueSource;
@@ -17,6 +18,9 @@ use crate::source::SourceError;
 /// Options that a file cannot have.
 const NOT_HERE: [&str; 3] = ["config", "help", "version"];
 
+/// More bytes than any configuration has.
+const MAX_BYTES: u64 = 1 << 20;
+
 /// What is wrong with a configuration file.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ConfigError {
@@ -28,6 +32,8 @@ pub(crate) enum ConfigError {
     Type { key: String, wanted: &'static str, found: &'static str },
     #[error("{0}")]
     Value(String),
+    #[error("has more than {MAX_BYTES} bytes, which is no list of options")]
+    TooLong,
 }
 
 impl Failure for ConfigError {
@@ -75,7 +81,7 @@ pub(crate) fn parse(typed: Vec<OsString>) -> Result<Cli, (Error, bool)> {
 
 /// The file's options that were not typed, as if they had been.
 fn added(path: &Path, typed: &ArgMatches) -> Result<Vec<OsString>, Error> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::at(path, SourceError::Io(e)))?;
+    let text = read(path)?;
     let table: toml::Table = text.parse().map_err(|e| Error::at(path, syntax(&text, &e)))?;
     let command = Cli::command();
     let mut words = Vec::new();
@@ -87,6 +93,18 @@ fn added(path: &Path, typed: &ArgMatches) -> Result<Vec<OsString>, Error> {
         }
     }
     Ok(words)
+}
+
+/// The text of the file, which may be a device that never ends.
+fn read(path: &Path) -> Result<String, Error> {
+    let mut text = String::new();
+    let io = |e| Error::at(path, SourceError::Io(e));
+    let file = std::fs::File::open(path).map_err(io)?;
+    file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(io)?;
+    if text.len() as u64 > MAX_BYTES {
+        return Err(Error::at(path, ConfigError::TooLong));
+    }
+    Ok(text)
 }
 
 fn syntax(text: &str, error: &toml::de::Error) -> ConfigError {

@@ -140,6 +140,9 @@ impl Work<'_> {
     fn whole(&self) -> Result<Volume<'static>, Error> {
         match self.opened.take() {
             Some(volume) => Ok(volume),
+            None if self.scan.is_read_once() => {
+                Err(Error::new(RunError::Internal("what is read once was opened again")))
+            }
             None => input::open_scan(self.scan, &self.how.extract.reading),
         }
     }
@@ -231,16 +234,11 @@ impl Work<'_> {
         })
     }
 
-    /// The error, with the range that the values do have, from a second look at the data.
+    /// The error, with the range that the values do have, from a second look at the data where
+    /// there can be one.
     fn not_reached(&self, iso: f64) -> Error {
-        let range = match self.scan.volume {
-            Found::Stdin => None,
-            _ => self
-                .stepped()
-                .ok()
-                .and_then(|volume| source::survey(volume).ok())
-                .and_then(|survey| survey.range),
-        };
+        let look = || source::survey(self.stepped().ok()?).ok()?.range;
+        let range = if self.scan.is_read_once() { None } else { look() };
         let Extract { surface, mask, .. } = self.how.extract;
         Error::new(match range {
             Some((_, high)) if mask.is_some() && high <= 0.0 => RunError::NoLabel,

@@ -82,7 +82,8 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Content, 
     let volume = input::open(input, reading, opening)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
     let survey = source::survey(volume).map_err(|e| Error::at(path, e))?;
-    let metas = if is_dicom || reading.raw.is_some() { vec![meta] } else { source::volumes(path)? };
+    let is_alone = is_dicom || reading.raw.is_some();
+    let metas = if is_alone { vec![meta] } else { source::volumes_beside(&meta) };
     let listed = |meta: Meta| Listed {
         is_default: meta.volume_number == number,
         survey: (meta.volume_number == number).then(|| survey.clone()),
@@ -155,25 +156,21 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
     let [sx, sy, sz] = meta.grid.affine.spacing();
     writeln!(out, "  format       {}, {}", meta.format.as_str(), meta.stored)?;
     writeln!(out, "  size         {nx} x {ny} x {nz} samples")?;
-    writeln!(out, "  spacing      {sx:.4} x {sy:.4} x {sz:.4} mm")?;
+    let [sx, sy, sz] = [sx, sy, sz].map(|mm| fixed(mm, 4));
+    writeln!(out, "  spacing      {sx} x {sy} x {sz} mm")?;
     writeln!(out, "  orientation  {}", orientation(&meta.grid.affine))?;
     for row in meta.grid.affine.rows() {
-        writeln!(
-            out,
-            "  affine       {:12.5} {:12.5} {:12.5} {:12.4}",
-            // No minus before a zero.
-            row[0] + 0.0,
-            row[1] + 0.0,
-            row[2] + 0.0,
-            row[3] + 0.0
-        )?;
+        // No minus before a zero.
+        let [i, j, k, origin] = row.map(|x| x + 0.0);
+        let [i, j, k, origin] = [fixed(i, 5), fixed(j, 5), fixed(k, 5), fixed(origin, 4)];
+        writeln!(out, "  affine       {i:>12} {j:>12} {k:>12} {origin:>12}")?;
     }
     if meta.rescale.slope() != 1.0 || meta.rescale.inter() != 0.0 {
         writeln!(
             out,
             "  rescale      {} x stored + {}",
-            meta.rescale.slope(),
-            meta.rescale.inter()
+            number(meta.rescale.slope()),
+            number(meta.rescale.inter())
         )?;
     }
     if let Some(series) = &meta.series {
@@ -197,7 +194,7 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
 
 fn values(out: &mut String, survey: &Survey) -> std::fmt::Result {
     match survey.range {
-        Some((low, high)) => writeln!(out, "  range        {low} to {high}")?,
+        Some((low, high)) => writeln!(out, "  range        {} to {}", number(low), number(high))?,
         None => writeln!(out, "  range        no finite value")?,
     }
     if survey.n_nan > 0 {
@@ -206,10 +203,23 @@ fn values(out: &mut String, survey: &Survey) -> std::fmt::Result {
     histogram(out, survey)?;
     for suggestion in survey.suggested() {
         // To six decimals, without those that say nothing.
-        let iso = (suggestion.iso * 1e6).round() / 1e6;
-        writeln!(out, "  --iso {iso:<10} {}", suggestion.meaning)?;
+        let iso = match suggestion.iso {
+            iso if (1e-3..1e9).contains(&iso.abs()) => (iso * 1e6).round() / 1e6,
+            iso => iso,
+        };
+        writeln!(out, "  --iso {:<10} {}", number(iso), suggestion.meaning)?;
     }
     Ok(())
+}
+
+/// A number in full, or with an exponent where that would be a row of zeros.
+fn number(x: f64) -> String {
+    if x == 0.0 || (1e-5..1e12).contains(&x.abs()) { format!("{x}") } else { format!("{x:e}") }
+}
+
+/// A number with so many decimals, or with an exponent where it would not fit its column.
+fn fixed(x: f64, decimals: usize) -> String {
+    if x.abs() < 1e7 { format!("{x:.decimals$}") } else { format!("{x:.3e}") }
 }
 
 /// Sixteen bars, their lengths by the logarithm of the counts.
@@ -229,7 +239,20 @@ fn histogram(out: &mut String, survey: &Survey) -> std::fmt::Result {
         let length = WIDTH * (1.0 + count as f64).ln() / (1.0 + most).ln();
         let bar = "#".repeat(length.round() as usize);
         let from = survey.histogram.low + step * n as f64;
-        writeln!(out, "  {from:>12.2} |{bar:<50}| {}", grouped(count))?;
+        writeln!(out, "  {:>12} |{bar:<50}| {}", fixed(from, 2), grouped(count))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{fixed, number};
+
+    #[test]
+    fn extreme_numbers_stay_short() {
+        let told = [f64::MAX, -1e15, 1e-300, 0.0, 0.25, -1024.0, 1e-3].map(number);
+        let short = ["1.7976931348623157e308", "-1e15", "1e-300", "0", "0.25", "-1024", "0.001"];
+        assert_eq!(told, short);
+        assert_eq!([1.5, -1e30, 9e6].map(|x| fixed(x, 2)), ["1.50", "-1.000e30", "9000000.00"]);
+    }
 }

@@ -16,8 +16,8 @@ use super::steps::Steps;
 use crate::geom::Space;
 use crate::pipeline::{Method, Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
-use crate::source::RawOptions;
 use crate::source::dicom::Selector;
+use crate::source::{RawOptions, is_stream};
 
 /// Wrong use: one line, and perhaps what to do. Exit status 2.
 #[derive(Debug, PartialEq)]
@@ -124,8 +124,9 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     let reading = reading(&args.reading)?;
     let levels = levels(&args.surface);
     if inputs.iter().any(|input| is_dash(input)) {
-        stdin(&inputs, &reading, &levels)?;
+        stdin(&inputs, &reading)?;
     }
+    once(&inputs, &levels)?;
     let is_many = inputs.len() > 1
         || levels.len() > 1
         || args.batch.recursive
@@ -193,15 +194,30 @@ fn levels(args: &SurfaceArgs) -> Vec<Level> {
     }
 }
 
-/// Standard input is one raw volume that is read once.
-fn stdin(inputs: &[PathBuf], reading: &Reading, levels: &[Level]) -> Result<(), Usage> {
+/// Standard input is one raw volume.
+fn stdin(inputs: &[PathBuf], reading: &Reading) -> Result<(), Usage> {
     if inputs.len() > 1 {
         return Err(Usage::new("standard input goes with no other input"));
     }
-    if levels.iter().any(|level| matches!(level, Level::Halfway | Level::Auto)) {
-        return Err(Usage::new("standard input is read once: --iso or --mask is missing"));
-    }
     source(PathBuf::from("-"), reading).map(|_| ())
+}
+
+/// What gives its bytes only once cannot be looked at for an iso value first.
+fn once(inputs: &[PathBuf], levels: &[Level]) -> Result<(), Usage> {
+    if !levels.iter().any(|level| matches!(level, Level::Halfway | Level::Auto)) {
+        return Ok(());
+    }
+    let stream = inputs.iter().find_map(|input| {
+        if is_dash(input) {
+            return Some("standard input".to_owned());
+        }
+        is_stream(input).then(|| format!("{}: is no regular file and", input.display()))
+    });
+    match stream {
+        Some(it) => Err(Usage::new(format!("{it} is read once: --iso or --mask is missing"))
+            .hint("give --iso a number, or copy the bytes to a file first")),
+        None => Ok(()),
+    }
 }
 
 /// Understands which volume is meant, and the layout of a raw one.

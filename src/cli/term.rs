@@ -95,8 +95,11 @@ impl Term {
 
     fn say(word: &str, color: AnsiColor, line: &str) {
         let style = Style::new().bold().fg_color(Some(color.into()));
-        // A name may hold anything; a line stays one line.
-        let line: String = line.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
-        let _ = writeln!(anstream::stderr(), "{style}{word}:{style:#} {line}");
+        let _ = writeln!(anstream::stderr(), "{style}{word}:{style:#} {}", one_line(line));
     }
+}
+
+/// A line that stays one line: a name in it may hold anything.
+pub(crate) fn one_line(line: &str) -> String {
+    line.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
 }

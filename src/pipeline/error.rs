@@ -3,7 +3,7 @@
 use crate::error::{Failure, Kind};
 use crate::geom::PlaceError;
 use crate::sink::SinkError;
-use crate::source::SourceError;
+use crate::source::{SourceError, grouped};
 
 /// A run's failure, without the path.
 #[derive(Debug, thiserror::Error)]
@@ -38,7 +38,7 @@ pub enum RunError {
     #[error("all values are the same: no iso value parts them")]
     OneValue,
     /// More memory than the run may take.
-    #[error("about {} needed, the limit is {}", mebibytes(*.needed), mebibytes(*.limit))]
+    #[error("about {} needed, the limit is {}", mebibytes(*.needed), exactly(*.limit))]
     TooLarge {
         /// Bytes that the run is thought to take.
         needed: u64,
@@ -63,6 +63,15 @@ pub enum RunError {
 
 fn mebibytes(bytes: u64) -> String {
     format!("{} MiB", bytes.div_ceil(1 << 20))
+}
+
+/// A limit as it was asked for, which need not be whole mebibytes.
+fn exactly(bytes: u64) -> String {
+    match bytes {
+        1 => "1 byte".to_owned(),
+        _ if bytes.is_multiple_of(1 << 20) => mebibytes(bytes),
+        _ => format!("{} bytes", grouped(bytes)),
+    }
 }
 
 /// The part of a message that tells the range.

@@ -30,6 +30,32 @@ impl<R: BufRead> Lines<R> {
         Ok(!self.bytes.is_empty())
     }
 
+    /// As [`Self::advance`]; a line that ends with a backslash, and is no comment, goes on with the
+    /// next one.
+    pub(super) fn advance_joined(&mut self) -> Result<bool, ReadError> {
+        let is_line = self.advance()?;
+        while let Some(length) = self.goes_on_after() {
+            self.bytes.truncate(length);
+            self.bytes.push(b' ');
+            self.number += 1;
+            let room = MAX_LINE.saturating_sub(self.bytes.len() as u64);
+            if (&mut self.input).take(room).read_until(b'\n', &mut self.bytes)? as u64 == room {
+                return Err(self.wrong("a line of text"));
+            }
+        }
+        Ok(is_line)
+    }
+
+    /// How much of the line comes before the backslash at its end.
+    fn goes_on_after(&self) -> Option<usize> {
+        if self.bytes.trim_ascii_start().starts_with(b"#") {
+            return None;
+        }
+        let line = self.bytes.strip_suffix(b"\n")?;
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        line.strip_suffix(b"\\").map(<[u8]>::len)
+    }
+
     /// The words of the line.
     pub(super) fn words(&self) -> impl Iterator<Item = &[u8]> {
         self.bytes.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())

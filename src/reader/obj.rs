@@ -25,7 +25,7 @@ pub(super) fn read(input: Input) -> Result<Mesh, ReadError> {
     let mut mesh = Mesh::default();
     let mut ids = Vec::new();
     let (mut n_faces, mut highest, mut in_step) = (0, Highest::default(), true);
-    while lines.advance()? {
+    while lines.advance_joined()? {
         let mut words = lines.words();
         match words.next() {
             Some(b"v") => {

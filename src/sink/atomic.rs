@@ -55,7 +55,7 @@ impl Target {
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        let file = builder.tempfile_in(folder).map_err(bare)?;
+        let file = builder.tempfile_in(folder).map_err(|e| SinkError::Io(bare(e)))?;
         Ok(Self { goal: Goal::Rename(file, path) })
     }
 
@@ -69,6 +69,14 @@ impl Target {
         match &self.goal {
             Goal::Rename(temporary, _) => temporary.as_file(),
             Goal::Copy(file, _) | Goal::Stdout(file) => file,
+        }
+    }
+
+    /// The error of writing to [`Self::file`].
+    pub(super) fn fault(&self, e: io::Error) -> SinkError {
+        match &self.goal {
+            Goal::Rename(..) => SinkError::Io(e),
+            Goal::Copy(..) | Goal::Stdout(_) => temporary(e),
         }
     }
 
@@ -108,14 +116,18 @@ fn copy(mut from: File, to: &mut impl io::Write) -> io::Result<()> {
 
 /// A temporary file without a name, in the system's folder for them.
 fn unnamed() -> Result<File, SinkError> {
-    tempfile::tempfile().map_err(bare)
+    tempfile::tempfile().map_err(temporary)
+}
+
+fn temporary(error: io::Error) -> SinkError {
+    SinkError::Temporary { folder: tempfile::env::temp_dir(), error: bare(error) }
 }
 
 /// The system's error without the temporary name that `tempfile` adds to it.
-fn bare(e: io::Error) -> SinkError {
+fn bare(e: io::Error) -> io::Error {
     match e.get_ref() {
-        Some(_) => SinkError::Io(io::Error::from(e.kind())),
-        None => SinkError::Io(e),
+        Some(_) => io::Error::from(e.kind()),
+        None => e,
     }
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::error::{Failure, Kind, system_words};
+use crate::error::{Failure, Kind, system_hint, system_words};
 
 /// A writer's failure, without the path.
 #[derive(Debug, thiserror::Error)]
@@ -12,6 +12,17 @@ pub enum SinkError {
     /// The system's own error while writing.
     #[error("cannot be written: {}", system_words(.0))]
     Io(#[source] io::Error),
+    /// The temporary file that the bytes wait in cannot be written.
+    #[error("the temporary file in {} cannot be written: {}", .folder.display(), match .error.kind() {
+        io::ErrorKind::NotFound => "there is no such folder".to_owned(),
+        _ => system_words(.error),
+    })]
+    Temporary {
+        /// The system's folder for temporary files.
+        folder: PathBuf,
+        /// The system's own error.
+        error: io::Error,
+    },
     /// The folder that the file should stand in does not exist.
     #[error("cannot be written: the folder {} does not exist", .0.display())]
     NoFolder(PathBuf),
@@ -36,7 +47,9 @@ pub enum SinkError {
 impl Failure for SinkError {
     fn kind(&self) -> Kind {
         match self {
-            Self::Io(_) | Self::NoFolder(_) | Self::IsFolder => Kind::Unwritable,
+            Self::Io(_) | Self::Temporary { .. } | Self::NoFolder(_) | Self::IsFolder => {
+                Kind::Unwritable
+            }
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Internal(_) => Kind::Internal,
         }
@@ -50,8 +63,9 @@ impl Failure for SinkError {
                     "the quota is used up; make room or write elsewhere"
                 }
                 io::ErrorKind::PermissionDenied => "choose a folder that you may write to",
-                _ => return None,
+                _ => return system_hint(e).map(str::to_owned),
             },
+            Self::Temporary { .. } => "TMPDIR names another folder for it",
             Self::NoFolder(_) => "make the folder first",
             Self::IsFolder => "add a file name to the path",
             Self::TooMany { .. } => "--crop or --downsample make the mesh smaller",

@@ -55,9 +55,9 @@ impl MeshFile {
 
     fn start(target: Target, options: MeshOptions) -> Result<Self, SinkError> {
         let layout = options.layout();
-        let file = target.file().try_clone().map_err(SinkError::Io)?;
+        let file = target.file().try_clone().map_err(|e| target.fault(e))?;
         let mut out = BufWriter::with_capacity(WRITE_BYTES, file);
-        out.write_all(&layout.header(0, 0)).map_err(SinkError::Io)?;
+        out.write_all(&layout.header(0, 0)).map_err(|e| target.fault(e))?;
         let faces = (options.format != Format::Stl).then(|| {
             let spool = match target.folder() {
                 Some(folder) => tempfile::spooled_tempfile_in(SPOOL_BYTES, folder),
@@ -85,7 +85,7 @@ impl MeshFile {
         if !self.finished {
             return Err(SinkError::Internal("a mesh file was committed before it was finished"));
         }
-        self.out.flush().map_err(SinkError::Io)?;
+        self.out.flush().map_err(|e| self.target.fault(e))?;
         self.target.commit()
     }
 
@@ -138,17 +138,17 @@ impl Sink for MeshFile {
     fn append(&mut self, encoded: &Encoded) -> Result<(), SinkError> {
         self.n_vertex_bytes += encoded.vertices.len() as u64;
         self.n_face_bytes += encoded.faces.len() as u64;
-        self.out.write_all(&encoded.vertices).map_err(SinkError::Io)?;
+        self.out.write_all(&encoded.vertices).map_err(|e| self.target.fault(e))?;
         match &mut self.faces {
             Some(faces) => faces.write_all(&encoded.faces),
             None => self.out.write_all(&encoded.faces),
         }
-        .map_err(SinkError::Io)
+        .map_err(|e| self.target.fault(e))
     }
 
     fn finish(&mut self, n_vertices: u64, n_triangles: u64) -> Result<(), SinkError> {
         self.check(n_vertices, n_triangles)?;
-        self.complete(n_vertices, n_triangles).map_err(SinkError::Io)?;
+        self.complete(n_vertices, n_triangles).map_err(|e| self.target.fault(e))?;
         self.finished = true;
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::WrapError;
 use super::nifti::NiftiError;
 use super::raw::RawError;
-use crate::error::{Failure, Kind};
+use crate::error::{Failure, Kind, system_hint, system_words};
 use crate::geom::DimsError;
 
 /// A source's failure, without the path.
@@ -142,6 +142,7 @@ impl Failure for SourceError {
                 "the file was cut short; copy it again"
             }
             Self::GzipDamaged { .. } => "the file was damaged; copy it again",
+            Self::Io(e) => return system_hint(e).map(str::to_owned),
             Self::Folder => "name a file in it; a folder of DICOM images is read as a whole",
             Self::UnknownFormat(_) => {
                 "samples without a header are read with --dims and --type; see mcubes --help"
@@ -161,17 +162,13 @@ impl Failure for SourceError {
 }
 
 /// The system's error in words, without its number.
-fn describe(error: &std::io::Error) -> String {
+pub(super) fn describe(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::NotFound => "does not exist".to_owned(),
         ErrorKind::PermissionDenied => "cannot be read: permission denied".to_owned(),
         ErrorKind::IsADirectory => "is a folder, a file is wanted".to_owned(),
-        _ => {
-            let text = error.to_string();
-            let text = text.split(" (os error").next().unwrap_or_default();
-            format!("cannot be read: {}", text.to_lowercase())
-        }
+        _ => format!("cannot be read: {}", system_words(error)),
     }
 }
 

@@ -18,8 +18,12 @@ mod survey;
 mod wrap;
 
 pub use error::SourceError;
+pub(crate) use error::grouped;
 pub use nifti::NiftiError;
-pub use open::{Content, MAX_LISTED_VOLUMES, OpenOptions, files, open, sniff, volumes};
+pub use open::{
+    Content, MAX_LISTED_VOLUMES, OpenOptions, files, is_stream, open, sniff, volumes,
+    volumes_beside,
+};
 pub use raw::{RawError, RawInput, RawOptions, SizeMismatch, open_raw};
 pub use survey::survey;
 pub use wrap::{WrapError, blur, crop, downsample, formula, is_active, mask, pad_out, two_values};

@@ -55,15 +55,15 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
         return Ok(Content::Stream);
     }
     let input = Input::open(path).map_err(at)?;
-    let content = content_of(input.head());
-    match content {
+    match content_of(input.head()) {
+        Content::Nifti => Ok(Content::Nifti),
+        _ if is_image(path) => Ok(Content::Nifti),
         Content::Gzip => {
             let mut stream = input.into_stream(true).map_err(at)?;
             let head = nifti::head_of(&mut stream).map_err(at)?;
-            Ok(if nifti::recognise(&head) || is_image(path) { Content::Nifti } else { content })
+            Ok(if nifti::recognise(&head) { Content::Nifti } else { Content::Gzip })
         }
-        Content::Unknown if is_image(path) => Ok(Content::Nifti),
-        _ => Ok(content),
+        content => Ok(content),
     }
 }
 
@@ -77,7 +77,15 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
     [Some(path.to_owned()), other].into_iter().flatten().collect()
 }
 
-/// Whether a file is the image of a pair: it has no header of its own, but one beside it.
+/// Whether a volume at `path` can be read only once, since it, or the other file of its pair, is a
+/// pipe or a device.
+pub fn is_stream(path: &Path) -> bool {
+    let is_one = |facts: std::fs::Metadata| !facts.is_file() && !facts.is_dir();
+    files(path).iter().any(|path| std::fs::metadata(path).is_ok_and(is_one))
+}
+
+/// Whether a file is the image of a pair: it has no header of its own, but one beside it. Its
+/// samples may begin like anything at all.
 fn is_image(path: &Path) -> bool {
     nifti::part_by_name(path) == Some(Part::Image) && nifti::partner(path, Part::Header).is_ok()
 }
@@ -150,9 +158,15 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error
 /// # Errors
 /// As [`open`].
 pub fn volumes(path: &Path) -> Result<Vec<Meta>, Error> {
-    let meta = open_nifti(path)?.meta;
+    Ok(volumes_beside(&open_nifti(path)?.meta))
+}
+
+/// As [`volumes`], of the file that one of its volumes was opened from. Reads nothing.
+pub fn volumes_beside(one: &Meta) -> Vec<Meta> {
+    let mut meta = one.clone();
+    meta.notes.retain(|note| !matches!(note, Note::ChoseVolume { .. }));
     let listed = 1..=meta.n_volumes.min(MAX_LISTED_VOLUMES);
-    Ok(listed.map(|number| Meta { volume_number: number, ..meta.clone() }).collect())
+    listed.map(|number| Meta { volume_number: number, ..meta.clone() }).collect()
 }
 
 fn open_nifti(path: &Path) -> Result<Nifti, Error> {
@@ -161,7 +175,6 @@ fn open_nifti(path: &Path) -> Result<Nifti, Error> {
     let unknown = |name| Error::at(path, SourceError::UnknownFormat(name));
     match content_of(input.head()) {
         Content::Nifti => Nifti::open(path, input),
-        // An image that begins like anything at all is told by its name and the header beside it.
         _ if is_image(path) => {
             let header = nifti::partner(path, Part::Header).map_err(|e| at(e.into()))?;
             let input = Input::open(&header).map_err(|e| Error::at(&header, e))?;

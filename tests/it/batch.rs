@@ -1,9 +1,11 @@
 //! Many scans in one run.
 
 mod config;
+mod entries;
 mod find;
 mod kill;
 mod levels;
+mod pipes;
 mod resume;
 mod run;
 mod tree;

@@ -62,6 +62,10 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a", "--iso", "3", "-o", "x.stl", "--series", "0"], "counts from 1"),
         (vec!["a", "--iso", "3", "--mask", "1", "-o", "x.stl"], "cannot be used with"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--frobnicate"], "unexpected argument"),
+        (
+            vec!["a", "--iso", "3", "-o", "x.stl", "--crop", "-1:5,0:1,0:1"],
+            "\"-1\" is not an index",
+        ),
         (vec!["info"], "INPUT"),
     ] {
         let output = sandbox.run(&args);
@@ -359,4 +363,35 @@ fn padding_that_would_be_inside_is_no_surface() {
         [&report["bounds"][0][0], &report["bounds"][1][0]].map(|v| v.as_f64().unwrap());
     let dims = report["dims"][0].as_f64().unwrap() * report["spacing"][0].as_f64().unwrap();
     assert!(high - low < dims - 2.0, "{report}");
+}
+
+#[test]
+fn limits_and_temporary_files_are_told_as_what_they_are() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "x.stl", "--max-memory", "1"]);
+    assert!(stderr(&output).contains("the limit is 1 byte\n"), "{}", stderr(&output));
+    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "x.stl", "--max-memory", "1025"]);
+    assert!(stderr(&output).contains("the limit is 1 025 bytes\n"), "{}", stderr(&output));
+    let mut command = sandbox.command(&[&plain(), "--iso", "0.5", "-o", "-"]);
+    let output = command.env("TMPDIR", "/nowhere").output().unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("the temporary file in /nowhere cannot be written: there is no such folder"),
+        "{said}"
+    );
+    assert!(said.contains("hint: TMPDIR names another folder for it"), "{said}");
+}
+
+#[test]
+fn an_open_mesh_has_no_outside_to_be_wound_to() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let output = sandbox.run(&["check", "one.obj", "--json"]);
+    let report = object(&output);
+    assert_eq!((&report["closed"], &report["outward"]), (&false.into(), &Value::Null));
+    assert_eq!(output.status.code(), Some(1));
+    let output = sandbox.run(&["check", "one.obj"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("closed NO, manifold yes, outward - (open)"), "{said}");
 }

@@ -7,6 +7,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::support::dicom::{SECRET, Series};
+use crate::support::repository;
 
 /// Runs in `folder`; standard output, standard error.
 fn run(folder: &Path, arguments: &[&str], status: i32) -> (String, String) {
@@ -155,4 +156,25 @@ fn info_of_standard_input_wants_to_know_what_it_is() {
     let output = command.args(arguments).write_stdin([1, 2, 3, 4, 5, 6, 7, 9]).output().unwrap();
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success() && said.contains("range        1 to 9"), "{said}");
+}
+
+#[test]
+fn the_folder_for_temporary_files_is_named_where_it_is_to_blame() {
+    let folder = TempDir::new().unwrap();
+    // Several frames in an archive are inflated to a temporary file.
+    let frames = std::fs::read(repository("testdata/dicom/enhanced-ct-shuffled.dcm")).unwrap();
+    let file = std::fs::File::create(folder.path().join("frames.zip")).unwrap();
+    let mut archive = zip::ZipWriter::new(file);
+    archive.start_file("e.dcm", zip::write::SimpleFileOptions::default()).unwrap();
+    std::io::Write::write_all(&mut archive, &frames).unwrap();
+    archive.finish().unwrap();
+    let arguments = ["frames.zip", "--iso", "0", "-o", "x.stl"];
+    run(folder.path(), &arguments, 0);
+    let mut command = Command::cargo_bin("mcubes").unwrap();
+    command.env("TMPDIR", "/nowhere").current_dir(folder.path()).args(arguments);
+    let output = command.output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let wanted = "e.dcm: the temporary file in /nowhere cannot be written: there is no such folder";
+    assert!(said.contains(wanted), "{said}");
 }

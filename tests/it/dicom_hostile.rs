@@ -177,3 +177,36 @@ fn a_length_that_is_no_whole_number_of_values_is_refused_without_a_vr_too() {
     let error = read(&path).unwrap_err();
     assert!(error.to_string().contains("element (0028,0010): its length"), "{error}");
 }
+
+#[test]
+fn a_zip_entry_whose_checksum_does_not_hold_is_refused_by_name() {
+    use mcubes::error::{Failure, Kind};
+    use zip::write::SimpleFileOptions;
+    let series = Series::axial(4);
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("study.zip");
+    for method in [zip::CompressionMethod::Stored, zip::CompressionMethod::Deflated] {
+        let options = SimpleFileOptions::default().compression_method(method);
+        let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        for k in 0..4 {
+            archive.start_file(format!("S{k}"), options).unwrap();
+            std::io::Write::write_all(&mut archive, &series.image(k, k + 1)).unwrap();
+        }
+        let mut bytes = archive.finish().unwrap().into_inner();
+        std::fs::write(&path, &bytes).unwrap();
+        read(&path).unwrap();
+        // The checksum of S2, in its own header and in the directory: other bytes were archived.
+        let sum = crc32fast::hash(&series.image(2, 3)).to_le_bytes();
+        let places = 0..bytes.len() - 4;
+        let places: Vec<usize> = places.filter(|&at| bytes[at..at + 4] == sum).collect();
+        for at in places {
+            bytes[at] ^= 1;
+        }
+        std::fs::write(&path, &bytes).unwrap();
+        let study = dicom::scan(&path, &ScanOptions::default()).unwrap();
+        let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
+        let error = mcubes::source::survey(volume).unwrap_err();
+        assert_eq!(error.kind(), Kind::CorruptCompression, "{error}");
+        assert!(error.to_string().starts_with("S2: "), "{error}");
+    }
+}

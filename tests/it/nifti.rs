@@ -183,3 +183,20 @@ fn headers_agree_with_the_nifti_crate() {
     }
     assert!(n > 50, "{n} headers");
 }
+
+#[test]
+fn the_samples_of_a_pair_may_begin_like_gzip() {
+    let folder = tempfile::tempdir().unwrap();
+    let synth = repository("testdata/nifti/synth");
+    let [header, image] = ["a.hdr", "a.img"].map(|name| folder.path().join(name));
+    std::fs::copy(synth.join("pair_i16_le.hdr"), &header).unwrap();
+    let mut samples = std::fs::read(synth.join("pair_i16_le.img")).unwrap();
+    samples[..2].copy_from_slice(&[0x1f, 0x8b]);
+    std::fs::write(&image, &samples).unwrap();
+    for path in [header, image] {
+        let (meta, values, _) = read(&path, None).unwrap();
+        assert_eq!(values[0], meta.rescale.real(f64::from(i16::from_le_bytes([0x1f, 0x8b]))));
+        assert_eq!(values.len() * 2, samples.len());
+        assert_eq!(source::sniff(&path).unwrap(), source::Content::Nifti);
+    }
+}

@@ -238,3 +238,20 @@ fn what_is_no_mesh_is_said_so() {
     let error = reader::read(&folder.0.path().join("none.stl")).unwrap_err();
     assert_eq!(error.kind(), Kind::NotFound);
 }
+
+#[test]
+fn a_line_of_an_obj_may_go_on_behind_a_backslash() {
+    let folder = Folder::new();
+    let plain = "# a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let broken = "# a\\\nv 0 \\\n0 0\nv 1 0 0\r\nv 0 1 0\nf 1 \\\r\n2\\\n 3\n";
+    let [plain, broken] = [("a.obj", plain), ("b.obj", broken)]
+        .map(|(name, text)| reader::read(&folder.file(name, text)).unwrap());
+    assert_eq!((plain.vertices, plain.triangles), (broken.vertices, broken.triangles));
+    let end = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\nx\n";
+    folder.fails(
+        "c.obj",
+        end,
+        Kind::BadHeader,
+        "line 5: expected vertex numbers after f, found 'f 1 2  x'",
+    );
+}

@@ -8,10 +8,11 @@ use super::{Found, Job};
 use crate::cancel::Cancel;
 use crate::cli::options::{Extract, Run};
 use crate::cli::report::{self, Trouble, grouped};
-use crate::cli::term::Term;
+use crate::cli::term::{Term, one_line};
 use crate::cli::{extract, input};
 use crate::error::{Error, Kind};
 use crate::pipeline::{self, Method, RunError};
+use crate::source::SourceError;
 use crate::volume::Meta;
 
 /// Tells of each job what would be read, chosen and written.
@@ -74,9 +75,10 @@ struct Plan {
 fn plan(run: &Run, job: &Job) -> Result<Plan, Trouble> {
     match &job.scan.volume {
         Found::Broken(trouble) => Err(trouble.clone()),
-        Found::Stdin => {
-            let what = "standard input is read once: --dry-run cannot look at it";
-            Err(Error::new(RunError::Internal(what)).into())
+        _ if job.scan.is_read_once() => {
+            let (kind, hint) = (Kind::Unreadable, None);
+            let message = "is read once: --dry-run cannot look at it".to_owned();
+            Err(Error::at(job.scan.shown(), SourceError::Other { kind, message, hint }).into())
         }
         _ => {
             let Extract { steps, mask, surface, .. } = &run.extract;
@@ -98,7 +100,7 @@ fn text(job: &Job, plan: &Plan) -> String {
     let [nx, ny, nz] = meta.grid.dims.to_array();
     let mut text = format!(
         "{}\n  {} volume {} of {}, {nx} x {ny} x {nz} {}; at most {} MiB of memory\n",
-        job.scan.shown(),
+        one_line(&job.scan.shown()),
         meta.format.as_str(),
         meta.volume_number,
         meta.n_volumes,
@@ -107,9 +109,9 @@ fn text(job: &Job, plan: &Plan) -> String {
     );
     for target in &job.targets {
         let iso = report::asked(target.level).map_or(String::new(), |iso| format!("--iso {iso} "));
-        let about = grouped(*triangles);
+        let (output, about) = (one_line(&target.output.shown()), grouped(*triangles));
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {iso}-> {}, about {about} triangles", target.output.shown());
+        let _ = writeln!(text, "  {iso}-> {output}, about {about} triangles");
     }
     text
 }

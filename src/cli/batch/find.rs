@@ -91,6 +91,9 @@ impl Finder<'_> {
         for study in tree.studies {
             add_study(study, folder, span_gaps, all);
         }
+        for error in tree.unreadable {
+            all.broken(error.path().unwrap_or(folder).to_owned(), error);
+        }
         for path in &tree.foreign {
             if self.cancel.is_raised() {
                 return Err(interrupted(folder));

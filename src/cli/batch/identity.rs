@@ -16,8 +16,11 @@ const HEAD_BYTES: u64 = 4096;
 /// all, the latest change, and a checksum over size, time and first bytes of each.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file that cannot be read, or only once: what is read here would be missing from the volume.
 pub(super) fn of_input(scan: &Scan) -> io::Result<String> {
+    if scan.is_read_once() {
+        return Err(io::ErrorKind::Unsupported.into());
+    }
     let files: Vec<PathBuf> = match &scan.volume {
         Found::Series { study, index, .. } => study.files(*index),
         _ => source::files(&scan.path),

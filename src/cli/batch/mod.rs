@@ -28,6 +28,7 @@ use super::report::Trouble;
 use super::term::Term;
 use crate::cancel::Cancel;
 use crate::error::Kind;
+use crate::source;
 use crate::source::dicom::Study;
 
 /// One volume of the inputs.
@@ -96,6 +97,15 @@ pub(super) struct Job {
 }
 
 impl Scan {
+    /// Whether its bytes come only once: a pipe, a device.
+    pub(super) fn is_read_once(&self) -> bool {
+        match self.volume {
+            Found::Stdin => true,
+            Found::File => source::is_stream(&self.path),
+            Found::Series { .. } | Found::Broken(_) => false,
+        }
+    }
+
     /// The input as reports have it.
     pub(super) fn shown(&self) -> String {
         match self.volume {

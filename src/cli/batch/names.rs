@@ -1,6 +1,7 @@
 //! What the meshes are called: patterns, fields that cannot leave the output folder, no name twice.
 
 use std::collections::HashMap;
+use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 
 use super::{Destination, Found, Job, Scan, Target};
@@ -118,18 +119,18 @@ impl Scan {
             .unwrap_or_else(typed)
             .components()
             .filter_map(|c| match c {
-                Component::Normal(name) => Some(tame(&name.to_string_lossy())),
+                Component::Normal(name) => Some(tame(&readable(name))),
                 _ => None,
             })
             .collect()
     }
 
     fn file(&self) -> String {
-        let name = self.path.file_name().map(|n| n.to_string_lossy().into_owned());
+        let name = self.path.file_name().map(readable);
         // `.` and `..` have no name of their own.
         let name = name.or_else(|| {
             let whole = self.path.canonicalize().ok()?;
-            Some(whole.file_name()?.to_string_lossy().into_owned())
+            Some(readable(whole.file_name()?))
         });
         name.unwrap_or_else(|| "mesh".to_owned())
     }
@@ -186,7 +187,7 @@ impl Scan {
         }
         let below = self.parent.as_deref().unwrap_or(Path::new(""));
         let folders = below.components().filter_map(|c| match c {
-            Component::Normal(name) => Some(tame(&name.to_string_lossy())),
+            Component::Normal(name) => Some(tame(&readable(name))),
             _ => None,
         });
         folders.chain([tame(&name)]).collect()
@@ -198,6 +199,16 @@ fn strip<'a>(name: &'a str, known: &[&str]) -> Option<&'a str> {
     let (stem, extension) = name.rsplit_once('.')?;
     let is_known = known.iter().any(|k| extension.eq_ignore_ascii_case(k));
     (is_known && !stem.is_empty()).then_some(stem)
+}
+
+/// A name as text. Bytes that are none are written `%FF`, so that names stay apart.
+fn readable(name: &OsStr) -> String {
+    let mut text = String::new();
+    for chunk in name.as_encoded_bytes().utf8_chunks() {
+        text.push_str(chunk.valid());
+        text.extend(chunk.invalid().iter().map(|byte| format!("%{byte:02X}")));
+    }
+    text
 }
 
 /// A file name that every system takes and that names no other folder.

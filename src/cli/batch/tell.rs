@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::{Job, Scan, Target};
 use crate::cli::options::{Output, Run};
 use crate::cli::report::{self, Done, Trouble};
-use crate::cli::term::Term;
+use crate::cli::term::{Term, one_line};
 use crate::error::Kind;
 
 /// What came of a mesh.
@@ -80,7 +80,7 @@ impl<'a> Teller<'a> {
                 self.term.note(&format!("{of}{note}"));
             }
         }
-        self.term.summary(&done.summary(&self.run.extract));
+        self.term.summary(&one_line(&done.summary(&self.run.extract)));
         self.term.details(&done.details());
         self.object(|| report::done(&scan.shown(), &self.run.extract, done))
     }
@@ -148,7 +148,8 @@ impl<'a> Teller<'a> {
         let width = self.failed.iter().map(|t| t.kind.as_str().len()).max().unwrap_or(0);
         for trouble in &self.failed {
             // Writing to a string cannot fail.
-            let _ = write!(table, "\n  {:width$}  {}", trouble.kind.as_str(), trouble.message);
+            let message = one_line(&trouble.message);
+            let _ = write!(table, "\n  {:width$}  {message}", trouble.kind.as_str());
         }
         table
     }

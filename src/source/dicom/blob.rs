@@ -51,9 +51,26 @@ impl Blob {
         }
     }
 
-    /// Hands a stream from the first byte to `read`.
+    /// Hands a stream from the first byte to `read`, which takes as much of it as it wants.
     pub(super) fn with_stream<T>(
         &self,
+        read: impl FnOnce(Stream<'_>) -> Result<T, FileFault>,
+    ) -> Result<T, FileFault> {
+        self.stream(false, read)
+    }
+
+    /// As [`Self::with_stream`], and fails where the bytes are not those that were archived: an
+    /// entry is read on to its end, which is where its checksum is compared.
+    pub(super) fn with_verified_stream<T>(
+        &self,
+        read: impl FnOnce(Stream<'_>) -> Result<T, FileFault>,
+    ) -> Result<T, FileFault> {
+        self.stream(true, read)
+    }
+
+    fn stream<T>(
+        &self,
+        verified: bool,
         read: impl FnOnce(Stream<'_>) -> Result<T, FileFault>,
     ) -> Result<T, FileFault> {
         match self {
@@ -69,10 +86,16 @@ impl Blob {
             Self::Zipped { archive, index, len } => {
                 // A copy shares the directory and has a position of its own.
                 let mut archive = archive.clone();
-                let entry = archive.by_index(*index).map_err(|e| FileFault::Zip(one_line(&e)))?;
-                let mut stream = Stream::new(Box::new(entry));
+                let zip = |e: &dyn std::error::Error| FileFault::Zip(one_line(e));
+                let mut entry = archive.by_index(*index).map_err(|e| zip(&e))?;
+                let mut stream = Stream::new(Box::new(&mut entry));
                 stream.end = Some(*len);
-                read(stream)
+                let done = read(stream)?;
+                if verified {
+                    io::copy(&mut entry, &mut io::sink())
+                        .map_err(|e| FileFault::Zip(one_line(&e).to_lowercase()))?;
+                }
+                Ok(done)
             }
         }
     }

@@ -9,8 +9,19 @@ use crate::error::{Failure, Kind};
 #[non_exhaustive]
 pub enum FileFault {
     /// The system's own error.
-    #[error("cannot be read: {0}")]
+    #[error("{}", crate::source::error::describe(.0))]
     Io(#[source] Arc<std::io::Error>),
+    /// The temporary file that frames are inflated to cannot be written.
+    #[error("the temporary file in {} cannot be written: {}", .folder.display(), match .error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such folder".to_owned(),
+        _ => crate::error::system_words(.error),
+    })]
+    Temporary {
+        /// The system's folder for temporary files.
+        folder: std::path::PathBuf,
+        /// The system's own error.
+        error: Arc<std::io::Error>,
+    },
     /// No DICOM in it.
     #[error("no DICOM file")]
     NotDicom,
@@ -133,6 +144,12 @@ impl std::fmt::Display for Tag {
 }
 
 impl FileFault {
+    /// The system's error with a temporary file, without the name that `tempfile` adds to it.
+    pub(super) fn temporary(error: std::io::Error) -> Self {
+        let error = if error.get_ref().is_some() { error.kind().into() } else { error };
+        Self::Temporary { folder: tempfile::env::temp_dir(), error: Arc::new(error) }
+    }
+
     /// The system's error, or a stream that does not inflate.
     pub(super) fn io(error: std::io::Error) -> Self {
         use std::io::ErrorKind::{InvalidData, InvalidInput};
@@ -148,6 +165,7 @@ impl Failure for FileFault {
         match self {
             Self::Io(e) if e.kind() == std::io::ErrorKind::NotFound => Kind::NotFound,
             Self::Io(_) => Kind::Unreadable,
+            Self::Temporary { .. } => Kind::Unwritable,
             Self::NotDicom => Kind::UnknownFormat,
             Self::Zip(_) | Self::Inflate(_) => Kind::CorruptCompression,
             Self::HeaderEnds { .. } | Self::LengthBeyond { .. } | Self::PixelsEnd { .. } => {
@@ -177,6 +195,8 @@ impl Failure for FileFault {
                 "export the series uncompressed, or convert it (dcmdjpeg, gdcmconv --raw)"
                     .to_owned(),
             ),
+            Self::Io(e) => crate::error::system_hint(e).map(str::to_owned),
+            Self::Temporary { .. } => Some("TMPDIR names another folder for it".to_owned()),
             Self::JpegLs { error, .. } if error.kind() == Kind::TooLarge => None,
             Self::JpegLs { .. } | Self::Codec { .. } | Self::NoFrame { .. } => {
                 Some("the file is damaged; export it again".to_owned())

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::candidate::Candidate;
-use super::error::{FileFault, Tag};
+use super::error::{DicomError, FileFault, Tag};
 use super::header;
 use super::study::{Fault, OpenOptions, Study};
 use super::tags;
@@ -96,12 +96,21 @@ impl Study {
     }
 }
 
+/// Whether a volume has a gap that is put down to this file, which so has its failure already.
+fn names_for_a_gap(volume: &Candidate, name: &str) -> bool {
+    let Some(DicomError::MissingSlices { faults, .. }) = &volume.problem else { return false };
+    faults.strip_prefix(name).is_some_and(|rest| rest.starts_with(": "))
+}
+
 /// The faults of series that have no volume, one a series.
 pub(super) fn strays(volumes: &[Candidate], faults: &[Fault]) -> Vec<Stray> {
     let mut strays: Vec<(Option<&String>, Stray)> = Vec::new();
     for (name, uid, fault) in faults {
         let uid = uid.as_ref();
         if uid.is_some_and(|u| volumes.iter().any(|v| v.is_plausible() && v.series.uid == *u)) {
+            continue;
+        }
+        if volumes.iter().any(|v| names_for_a_gap(v, name)) {
             continue;
         }
         match strays.iter_mut().find(|(other, _)| uid.is_some() && *other == uid) {

@@ -254,14 +254,15 @@ impl Pixels {
     }
 }
 
-/// Streams to the first byte of the pixel element's value.
+/// Streams to the first byte of the pixel element's value; the bytes are verified as a whole where
+/// that can be.
 fn with_element<T>(
     blob: &Blob,
     deflated_at: Option<u64>,
     element: &PixelElement,
     read: impl FnOnce(Stream<'_>) -> Result<T, FileFault>,
 ) -> Result<T, FileFault> {
-    blob.with_stream(|mut stream| {
+    blob.with_verified_stream(|mut stream| {
         if let Some(at) = deflated_at {
             stream.skip(at).map_err(FileFault::io)?;
             stream = stream.inflate();
@@ -273,7 +274,7 @@ fn with_element<T>(
 
 /// Inflates the value of a pixel element into a temporary file without a name.
 fn spool(blob: &Blob, deflated_at: Option<u64>, element: &PixelElement) -> Result<File, FileFault> {
-    let mut file = tempfile::tempfile().map_err(FileFault::io)?;
+    let mut file = tempfile::tempfile().map_err(FileFault::temporary)?;
     with_element(blob, deflated_at, element, |mut stream| {
         let mut left = element.length.unwrap_or(u64::MAX);
         let mut chunk = Vec::new();
@@ -283,7 +284,7 @@ fn spool(blob: &Blob, deflated_at: Option<u64>, element: &PixelElement) -> Resul
             if n == 0 {
                 break;
             }
-            file.write_all(&chunk).map_err(FileFault::io)?;
+            file.write_all(&chunk).map_err(FileFault::temporary)?;
             left -= n;
         }
         Ok(())

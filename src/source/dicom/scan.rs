@@ -1,6 +1,6 @@
 //! Finds the DICOM files of an input and reads their headers, in parallel. Never the pixels.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use super::instance::{Scanned, scan_file};
 use super::set_aside::{SetAside, What};
 use super::study::Study;
 use crate::cancel::Cancel;
-use crate::error::Error;
+use crate::error::{Error, is_circle};
 
 /// How a study is scanned.
 #[derive(Clone, Default)]
@@ -34,20 +34,20 @@ pub struct ScanOptions<'a> {
 pub fn scan(path: &Path, options: &ScanOptions<'_>) -> Result<Study, Error> {
     let at = |fault| Error::at(path, fault);
     let metadata = std::fs::metadata(path).map_err(|e| at(FileFault::io(e)))?;
-    let blobs = if metadata.is_dir() {
+    let found = if metadata.is_dir() {
         in_folder(path, options)?
     } else {
         let mut head = [0; 4];
         let file = std::fs::File::open(path).map_err(|e| at(FileFault::io(e)))?;
         let n = super::blob::read_at(&file, &mut head, 0).map_err(|e| at(FileFault::io(e)))?;
         if n == 4 && head == *b"PK\x03\x04" {
-            in_archive(path)?
+            Found { files: in_archive(path)?, unreadable: Vec::new() }
         } else {
             let blob = Blob::File { path: path.to_owned(), len: metadata.len() };
             return single(path, blob, options);
         }
     };
-    read_all(path, blobs, options)
+    read_all(path, found, options)
 }
 
 /// One file; for a DICOMDIR the folder that it lies in.
@@ -73,12 +73,17 @@ fn single(path: &Path, blob: Blob, options: &ScanOptions<'_>) -> Result<Study, E
     }
 }
 
+/// What lies below an input, each thing by its path from there.
+pub(super) struct Found {
+    pub(super) files: Vec<(Blob, PathBuf)>,
+    /// Folders that cannot be listed, links that cannot be followed.
+    pub(super) unreadable: Vec<(PathBuf, FileFault)>,
+}
+
 /// All plain files under a folder, links followed, by name.
-pub(super) fn in_folder(
-    folder: &Path,
-    options: &ScanOptions<'_>,
-) -> Result<Vec<(Blob, String)>, Error> {
-    let mut blobs = Vec::new();
+pub(super) fn in_folder(folder: &Path, options: &ScanOptions<'_>) -> Result<Found, Error> {
+    let mut found = Found { files: Vec::new(), unreadable: Vec::new() };
+    let inner = |path: &Path| path.strip_prefix(folder).unwrap_or(path).to_owned();
     for entry in walkdir::WalkDir::new(folder).follow_links(true).sort_by_file_name() {
         if options.cancel.is_raised() {
             return Err(Error::at(folder, DicomError::Interrupted));
@@ -87,35 +92,42 @@ pub(super) fn in_folder(
             Ok(entry) => entry,
             // A folder that is a link to one of its parents holds nothing new, and a link to
             // nothing holds nothing.
-            Err(e) if e.loop_ancestor().is_some() || e.depth() > 0 && is_absent(&e) => continue,
+            Err(e) if e.loop_ancestor().is_some() => continue,
             Err(e) => {
-                let at = e.path().unwrap_or(folder).to_owned();
+                let (at, depth) = (e.path().unwrap_or(folder).to_owned(), e.depth());
                 let error = e.into_io_error().unwrap_or_else(|| std::io::ErrorKind::Other.into());
-                return Err(Error::at(at, FileFault::io(error)));
+                if depth == 0 {
+                    return Err(Error::at(at, FileFault::io(error)));
+                }
+                if !leads_nowhere(&error) {
+                    found.unreadable.push((inner(&at), FileFault::io(error)));
+                }
+                continue;
             }
         };
         if !entry.file_type().is_file() {
             continue;
         }
-        let name = entry.path().strip_prefix(folder).unwrap_or(entry.path());
-        let name = name.to_string_lossy().into_owned();
+        let name = inner(entry.path());
         let len = entry.metadata().map_or(0, |m| m.len());
-        blobs.push((Blob::File { path: entry.into_path(), len }, name));
+        found.files.push((Blob::File { path: entry.into_path(), len }, name));
     }
-    Ok(blobs)
+    Ok(found)
 }
 
-fn is_absent(error: &walkdir::Error) -> bool {
-    error.io_error().is_some_and(|e| e.kind() == std::io::ErrorKind::NotFound)
+/// Whether it is the error of a link to nothing, or of links in a circle.
+fn leads_nowhere(error: &std::io::Error) -> bool {
+    use std::io::ErrorKind::{NotADirectory, NotFound};
+    matches!(error.kind(), NotFound | NotADirectory) || is_circle(error)
 }
 
 /// All files of a zip archive, by name.
-fn in_archive(path: &Path) -> Result<Vec<(Blob, String)>, Error> {
+fn in_archive(path: &Path) -> Result<Vec<(Blob, PathBuf)>, Error> {
     let fault =
         |e: &dyn std::error::Error| Error::at(path, FileFault::Zip(super::blob::one_line(e)));
     let shared = Shared::open(path).map_err(|e| Error::at(path, FileFault::io(e)))?;
     let mut archive = zip::ZipArchive::new(shared).map_err(|e| fault(&e))?;
-    let mut blobs = Vec::new();
+    let mut blobs: Vec<(Blob, PathBuf)> = Vec::new();
     for index in 0..archive.len() {
         let entry = archive.by_index_raw(index).map_err(|e| fault(&e))?;
         if !entry.is_file() {
@@ -125,28 +137,27 @@ fn in_archive(path: &Path) -> Result<Vec<(Blob, String)>, Error> {
             entry.name().map_or_else(|_| format!("entry {index}"), std::borrow::Cow::into_owned);
         let len = entry.size();
         drop(entry);
-        blobs.push((Blob::Zipped { archive: archive.clone(), index, len }, name));
+        blobs.push((Blob::Zipped { archive: archive.clone(), index, len }, name.into()));
     }
-    blobs.sort_by(|a, b| a.1.cmp(&b.1));
+    blobs.sort_by(|a, b| a.1.as_os_str().cmp(b.1.as_os_str()));
     Ok(blobs)
 }
 
 /// Reads all headers into one study.
-fn read_all(
-    path: &Path,
-    blobs: Vec<(Blob, String)>,
-    options: &ScanOptions<'_>,
-) -> Result<Study, Error> {
-    sort_out(path, read_headers(path, blobs, options)?, options)
+fn read_all(path: &Path, found: Found, options: &ScanOptions<'_>) -> Result<Study, Error> {
+    let broken = |(name, fault)| (name, Scanned::Broken { series_uid: None, fault });
+    let mut scanned = read_headers(path, found.files, options)?;
+    scanned.extend(found.unreadable.into_iter().map(broken));
+    sort_out(path, scanned, options)
 }
 
 /// Reads all headers.
 pub(super) fn read_headers(
     path: &Path,
-    blobs: Vec<(Blob, String)>,
+    files: Vec<(Blob, PathBuf)>,
     options: &ScanOptions<'_>,
-) -> Result<Vec<(String, Scanned)>, Error> {
-    let scanned = on_threads(options.threads, || scan_files(blobs, options))
+) -> Result<Vec<(PathBuf, Scanned)>, Error> {
+    let scanned = on_threads(options.threads, || scan_files(files, options))
         .map_err(|e| Error::at(path, FileFault::io(e)))?;
     // Nothing is known of the files that were left when the run was stopped.
     let all = scanned.into_iter().map(|(name, scanned)| Some((name, scanned?)));
@@ -156,12 +167,13 @@ pub(super) fn read_headers(
 /// Makes a study of what was read.
 pub(super) fn sort_out(
     path: &Path,
-    scanned: Vec<(String, Scanned)>,
+    scanned: Vec<(PathBuf, Scanned)>,
     options: &ScanOptions<'_>,
 ) -> Result<Study, Error> {
     let n_files = scanned.len();
     let (mut instances, mut asides, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, scanned) in scanned {
+        let name = name.to_string_lossy().into_owned();
         match scanned {
             Scanned::Image(instance) => instances.push(*instance),
             Scanned::Foreign => set_aside(&mut asides, What::Foreign, None, name),
@@ -186,17 +198,17 @@ pub(super) fn sort_out(
 
 /// Reads the headers of files side by side; nothing of those left when the run is stopped.
 fn scan_files(
-    blobs: Vec<(Blob, String)>,
+    files: Vec<(Blob, PathBuf)>,
     options: &ScanOptions<'_>,
-) -> Vec<(String, Option<Scanned>)> {
+) -> Vec<(PathBuf, Option<Scanned>)> {
     let seen = AtomicUsize::new(0);
-    blobs
+    files
         .into_par_iter()
         .map(|(blob, name)| {
             if options.cancel.is_raised() {
                 return (name, None);
             }
-            let scanned = scan_file(blob, name.clone());
+            let scanned = scan_file(blob, name.to_string_lossy().into_owned());
             let done = seen.fetch_add(1, Ordering::Relaxed) + 1;
             if let Some(progress) = options.progress {
                 progress(done);

@@ -19,25 +19,29 @@ pub struct Tree {
     pub studies: Vec<Study>,
     /// The files that are no DICOM, in order.
     pub foreign: Vec<PathBuf>,
+    /// Folders that cannot be listed and links that cannot be followed, with why.
+    pub unreadable: Vec<Error>,
 }
 
 /// Reads the headers of all DICOM files below a folder, on the threads of the current rayon pool.
 ///
 /// # Errors
-/// A folder that cannot be read; a stop that was asked for. What is wrong with single files stands
-/// in the studies.
+/// The folder itself cannot be read; a stop that was asked for. What is wrong with single files
+/// stands in the studies.
 ///
 /// # Cost
 /// As [`super::scan`].
 pub fn scan_tree(folder: &Path, options: &ScanOptions<'_>) -> Result<Tree, Error> {
-    let blobs = in_folder(folder, options)?;
+    let found = in_folder(folder, options)?;
+    let unreadable = found.unreadable.into_iter();
+    let unreadable = unreadable.map(|(name, fault)| Error::at(folder.join(name), fault)).collect();
     let mut foreign = Vec::new();
-    let mut folders: BTreeMap<PathBuf, Vec<(String, Scanned)>> = BTreeMap::new();
-    for (name, scanned) in read_headers(folder, blobs, options)? {
+    let mut folders: BTreeMap<PathBuf, Files> = BTreeMap::new();
+    for (name, scanned) in read_headers(folder, found.files, options)? {
         if matches!(scanned, Scanned::Foreign) {
             foreign.push(folder.join(&name));
         } else {
-            let own = Path::new(&name).parent().unwrap_or(Path::new("")).to_owned();
+            let own = name.parent().unwrap_or(Path::new("")).to_owned();
             folders.entry(own).or_default().push((name, scanned));
         }
     }
@@ -52,7 +56,7 @@ pub fn scan_tree(folder: &Path, options: &ScanOptions<'_>) -> Result<Tree, Error
             sort_out(&at(folder, &own), files.collect(), options)
         })
         .collect::<Result<_, _>>()?;
-    Ok(Tree { studies, foreign })
+    Ok(Tree { studies, foreign, unreadable })
 }
 
 fn at(folder: &Path, own: &Path) -> PathBuf {
@@ -60,19 +64,18 @@ fn at(folder: &Path, own: &Path) -> PathBuf {
 }
 
 /// The same file, named from its study's folder.
-fn within(own: &Path, name: String, scanned: Scanned) -> (String, Scanned) {
-    let short = Path::new(&name).strip_prefix(own).map(|p| p.to_string_lossy().into_owned());
-    let name = short.unwrap_or(name);
+fn within(own: &Path, name: PathBuf, scanned: Scanned) -> (PathBuf, Scanned) {
+    let name = name.strip_prefix(own).map(Path::to_owned).unwrap_or(name);
     match scanned {
         Scanned::Image(mut instance) => {
-            instance.name.clone_from(&name);
+            instance.name = name.to_string_lossy().into_owned();
             (name, Scanned::Image(instance))
         }
         other => (name, other),
     }
 }
 
-type Files = Vec<(String, Scanned)>;
+type Files = Vec<(PathBuf, Scanned)>;
 
 /// Takes the images of series that are spread over folders out of them; with the folder that is
 /// above all of theirs.
@@ -108,7 +111,7 @@ fn take_spread(folders: &mut BTreeMap<PathBuf, Files>) -> Vec<(PathBuf, Files)> 
     taken
 }
 
-fn image(file: &(String, Scanned)) -> Option<&Instance> {
+fn image(file: &(PathBuf, Scanned)) -> Option<&Instance> {
     match &file.1 {
         Scanned::Image(instance) => Some(instance),
         _ => None,

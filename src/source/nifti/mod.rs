@@ -55,7 +55,11 @@ impl Nifti {
         }
         let image = pair::partner(path, Part::Image).map_err(|e| at(e.into()))?;
         let at = |e: SourceError| Error::at(&image, e);
-        let opened = Input::open(&image).and_then(Opened::new).map_err(at)?;
+        let input = Input::open(&image).map_err(at)?;
+        // Samples may happen to begin like gzip: the size that fits exactly decides.
+        let fits = header.layout.offset.saturating_add(header.layout.total_bytes());
+        let gzip = input.is_gzip() && input.size() != Some(fits);
+        let opened = Opened::new(input, gzip).map_err(at)?;
         let notes = opened.check(&header.layout, 0).map_err(at)?;
         header.meta.notes.extend(notes);
         Ok(Self { meta: header.meta, layout: header.layout, samples: opened })
@@ -83,7 +87,8 @@ impl Nifti {
 /// The bytes of the header, and the file behind it.
 fn begin(input: Input) -> Result<(Vec<u8>, Opened), SourceError> {
     let head = input.head().to_vec();
-    match Opened::new(input)? {
+    let gzip = input.is_gzip();
+    match Opened::new(input, gzip)? {
         Opened::Stream(mut stream, _, size) => {
             let head = head_of(&mut stream)?;
             let taken = head.len() as u64;
@@ -110,8 +115,7 @@ pub(super) fn head_of(stream: &mut ByteStream) -> Result<Vec<u8>, SourceError> {
 }
 
 impl Opened {
-    fn new(input: Input) -> Result<Self, SourceError> {
-        let gzip = input.is_gzip();
+    fn new(input: Input, gzip: bool) -> Result<Self, SourceError> {
         let compressed = input.size().filter(|_| gzip);
         let input = if gzip {
             input

@@ -59,6 +59,9 @@ fn what_is_wrong_with_the_file_is_told_before_any_work() {
     let (told, reported) = sandbox.ends(2, "in/a/u8.nii --config gone.toml --json");
     assert!(told.contains("gone.toml: does not exist"), "{told}");
     assert_eq!(reported[0]["error"]["kind"], "not-found");
+    std::fs::write(sandbox.path("long.toml"), "# no end\n".repeat(150_000)).unwrap();
+    let (told, _) = sandbox.ends(2, "in/a/u8.nii --config long.toml --json");
+    assert!(told.contains("long.toml: has more than 1048576 bytes"), "{told}");
     sandbox.copy(&repository("testdata/ct_head.nii.gz"), "bytes.toml");
     sandbox.ends(2, "in/a/u8.nii --config bytes.toml --json");
 }
