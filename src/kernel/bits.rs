@@ -179,9 +179,8 @@ impl BitPlane {
                 continue;
             }
             let above = &self.words[1 + (q - 1) * self.stride..][..words];
-            let row = &self.words[q * self.stride..][..=words];
+            let row = &self.words[1 + q * self.stride..][..words];
             n_x += x_crossings(nx, row, open);
-            let row = &row[1..];
             if !(open && (q == 1 || q == ny + 1)) {
                 n_y += above.iter().zip(row).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
             }
@@ -214,17 +213,19 @@ fn fill_row<K: Copy + Default>(
     any
 }
 
-/// Crossings along a row, the two into the border included unless `open`. `row` has the word before
-/// it in front.
+/// Crossings along a row, the two into the border included unless `open`.
 #[inline(always)]
 fn x_crossings(nx: usize, row: &[u64], open: bool) -> u32 {
-    let pairs = row.iter().zip(&row[1..]);
-    let mut n = pairs.map(|(before, word)| (word ^ (word << 1 | before >> 63)).count_ones()).sum();
+    let (mut n, mut carry) = (0, 0);
+    for &word in row {
+        n += (word ^ (word << 1 | carry)).count_ones();
+        carry = word >> 63;
+    }
     // Where nx is a multiple of 64 the crossing out of the last sample falls into the next word.
-    n += (row[row.len() - 1] >> 63) as u32;
+    n += carry as u32;
     if open {
-        n -= (row[1] & 1) as u32;
-        n -= (row[1 + (nx - 1) / 64] >> ((nx - 1) % 64) & 1) as u32;
+        n -= (row[0] & 1) as u32;
+        n -= (row[(nx - 1) / 64] >> ((nx - 1) % 64) & 1) as u32;
     }
     n
 }

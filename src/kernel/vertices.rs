@@ -118,30 +118,22 @@ impl Placing {
     #[inline(always)]
     fn x_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
         let word = bits.word(q, w);
-        (word ^ (word << 1 | bits.carry(q, w))) & self.x_mask(w)
+        let crossed = word ^ (word << 1 | bits.carry(q, w));
+        if !self.open {
+            return crossed;
+        }
+        let nx = self.dims.0;
+        let last = if w == nx / 64 { 1 << (nx % 64) } else { 0 };
+        crossed & !(u64::from(w == 0) | last)
     }
 
     /// The crossed Y edges between rows `q - 1` and `q`.
     #[inline(always)]
     fn y_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
-        (bits.word(q - 1, w) ^ bits.word(q, w)) & self.y_mask(q)
-    }
-
-    /// The X edges of word `w` that may have vertices: without those of the border, if it is open.
-    #[inline(always)]
-    fn x_mask(&self, w: usize) -> u64 {
-        if !self.open {
-            return !0;
+        if self.open && (q == 1 || q == self.dims.1 + 1) {
+            return 0;
         }
-        let nx = self.dims.0;
-        let last = if w == nx / 64 { 1 << (nx % 64) } else { 0 };
-        !(u64::from(w == 0) | last)
-    }
-
-    /// The same for the Y edges before row `q`.
-    #[inline(always)]
-    fn y_mask(&self, q: usize) -> u64 {
-        if self.open && (q == 1 || q == self.dims.1 + 1) { 0 } else { !0 }
+        bits.word(q - 1, w) ^ bits.word(q, w)
     }
 }
 

@@ -42,7 +42,7 @@ impl<T: Sample> Around<'_, T> {
                     (places[n % LANES], slots[n % LANES]) = (self.place::<AXIS>(c, r), slot);
                     n += 1;
                 } else {
-                    out[slot] = self.at_border::<AXIS>(c, r);
+                    out[slot] = self.one::<AXIS>(c, r);
                 }
             }
             let (places, slots) = (&places[..n.min(LANES)], &slots[..n.min(LANES)]);
@@ -115,15 +115,9 @@ impl<T: Sample> Around<'_, T> {
         }
     }
 
-    /// The normal at the vertex of any edge.
+    /// The normal at the vertex of any one edge: at the border, into it, or within.
     #[cold]
     pub(in crate::kernel) fn one<const AXIS: usize>(&self, c: u32, r: u32) -> Normal {
-        self.at_border::<AXIS>(c, r)
-    }
-
-    /// The normal at the vertex of an edge at the border, or into it.
-    #[cold]
-    fn at_border<const AXIS: usize>(&self, c: u32, r: u32) -> Normal {
         let (nx, ny) = self.dims;
         let (at, n) = ([c, r, 1][AXIS] as usize, [nx, ny, 2][AXIS]);
         if at == 0 || at == n {
