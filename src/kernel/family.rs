@@ -92,7 +92,7 @@ impl<'a, T: Sample> Family<'a, T> {
 
     /// The vertex on an edge: the definition.
     #[inline(always)]
-    fn vertex(&self, c: u32, r: u32) -> Position {
+    pub(super) fn vertex(&self, c: u32, r: u32) -> Position {
         let t = if self.cap[0] || c == self.border_c[0] || r == self.border_r[0] {
             1.0 - self.epsilon
         } else if self.cap[1] || c == self.border_c[1] || r == self.border_r[1] {

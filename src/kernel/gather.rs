@@ -5,7 +5,10 @@
 //! loops that are foreseen, whose waiting for samples overlaps.
 
 /// Vertices placed side by side.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
+
+/// Places that are written at once.
+const BLOCK: usize = 8;
 
 /// Crossings gathered before they are placed.
 const ROOM: usize = 1024;
@@ -40,11 +43,11 @@ impl Gathered {
                 *slot = first + rest.trailing_zeros();
                 rest &= rest.wrapping_sub(1);
             }
-            *rows = [r; LANES];
+            *rows = [r; BLOCK];
             if rest == 0 {
                 break;
             }
-            at += LANES;
+            at += BLOCK;
         }
     }
 
@@ -87,7 +90,7 @@ impl Gathered {
 }
 
 #[inline(always)]
-fn slots(list: &mut [u32; ROOM], at: usize) -> Option<&mut [u32; LANES]> {
+fn slots(list: &mut [u32; ROOM], at: usize) -> Option<&mut [u32; BLOCK]> {
     list.get_mut(at..)?.first_chunk_mut()
 }
 

@@ -50,7 +50,7 @@ use bits::BitPlane;
 use emit::{FirstIds, Triangles};
 use key::{Bits, Key, Threshold};
 use layer::{Cells, Counts, SLOW};
-use vertices::{LayerVertices, Placing, Plane};
+use vertices::{LayerEdges, LayerSlots, Placing, Plane, Slots};
 
 /// The surface of one volume at one iso value, slab by slab.
 ///
@@ -221,9 +221,8 @@ impl<T: Classify> Kernel<T> {
         first_vertex: u32,
         out: PatchSlices<'_>,
     ) {
-        let mut vertices = out.vertices;
+        let mut vertices = Slots { positions: out.vertices, normals: out.normals };
         let mut triangles: &mut [u32] = out.triangles.as_flattened_mut();
-        let mut normals = out.normals;
         let mut first = first_vertex;
         if let (Some(ghosts), Some(k)) = (out.ghosts, part.start.checked_sub(1)) {
             let bits = &scratch.bits[part.start - slab.layers.start];
@@ -239,28 +238,16 @@ impl<T: Classify> Kernel<T> {
             let bits = [&scratch.bits[n], &scratch.bits[n + 1]];
             let planes = bits.map(|bits| &bits.0);
             let layer = &scratch.layers[n];
-            let (own, rest) = vertices.split_at_mut(layer.totals.n_vertices as usize);
+            let (own, rest) = vertices.split_at(layer.totals.n_vertices as usize);
             vertices = rest;
-            let own_normals = normals.take().map(|all| {
-                let (own, rest) = all.split_at_mut(layer.totals.n_vertices as usize);
-                normals = Some(rest);
-                own
-            });
             if let Some(tables) = self.tetra {
                 self.tetra_layer_vertices(s, slab, bits, layer, own);
-                if let Some(out) = own_normals {
-                    self.tetra_layer_normals(s, slab, bits, layer, out);
-                }
                 self.tetra_triangles(tables, bits, layer, first, triangles);
                 triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
                 first = first.wrapping_add(layer.totals.n_vertices as u32);
                 continue;
             }
             self.layer_vertices(s, slab, planes, layer, own);
-            if let Some(out) = own_normals {
-                self.layer_normals(s, slab, planes, layer, out);
-            }
-
             let extra = layer.settled.extra.len() as u32;
             let job = Triangles {
                 tables: self.tables,
@@ -282,24 +269,45 @@ impl<T: Classify> Kernel<T> {
         bits.n_x() as usize + bits.n_y() as usize + diagonals.total() as usize
     }
 
+    /// Makes the vertices of layer `s`, those of the plane after it included.
     fn layer_vertices(
         &self,
         s: usize,
         slab: &Slab<'_, T>,
-        planes: [&BitPlane; 2],
+        bits: [&BitPlane; 2],
         layer: &slab::LayerScratch,
-        out: &mut [[f32; 3]],
+        out: Slots<'_>,
     ) {
-        let [prev, cur] = planes;
-        let (z, rest) = out.split_at_mut(layer.cells.n_z() as usize);
-        let (extra, rest) = rest.split_at_mut(layer.settled.extra.len());
-        let (x, y) = rest.split_at_mut(cur.n_x() as usize);
-        extra.copy_from_slice(&layer.settled.extra);
+        let (z, rest) = out.split_at(layer.cells.n_z() as usize);
+        let (extra, rest) = rest.split_at(layer.settled.extra.len());
+        let (x, y) = rest.split_at(bits[1].n_x() as usize);
+        let edges = self.layer_edges(s, slab, bits, layer, x.normals.is_some());
+        simd::vertices(self.cpu, &edges, LayerSlots { z, x, y });
+        extra.positions.copy_from_slice(&layer.settled.extra);
+        if let Some(normals) = extra.normals
+            && !normals.is_empty()
+        {
+            self.extra_normals(s, slab, layer, normals);
+        }
+    }
+
+    /// The crossed grid edges of layer `s`; `normals` where normals are wanted.
+    fn layer_edges<'a>(
+        &'a self,
+        s: usize,
+        slab: &Slab<'a, T>,
+        [before, after]: [&'a BitPlane; 2],
+        layer: &'a slab::LayerScratch,
+        normals: bool,
+    ) -> LayerEdges<'a, T> {
         let k = s as i64;
-        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
-        let out = LayerVertices { z, x, y };
-        let step = self.place.step_k(k - 1);
-        simd::vertices(self.cpu, &self.placing, &layer.cells.words, planes, step, out);
+        LayerEdges {
+            placing: &self.placing,
+            words: &layer.cells.words,
+            planes: [self.plane(k - 1, slab, before), self.plane(k, slab, after)],
+            step: self.place.step_k(k - 1),
+            around: normals.then(|| self.surroundings(s, slab)),
+        }
     }
 
     /// Plane `k`, the border included.

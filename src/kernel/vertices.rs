@@ -6,8 +6,9 @@ use super::bits::BitPlane;
 use super::family::Family;
 use super::gather::Gathered;
 use super::layer::ActiveWord;
+use super::normal::Surroundings;
 use crate::geom::vec3::Vec3;
-use crate::mesh::Position;
+use crate::mesh::{Normal, Position};
 use crate::volume::Sample;
 
 /// What places a vertex: the numbers of the map, and those of the interpolation.
@@ -31,12 +32,49 @@ pub(super) struct Plane<'a, T> {
     pub(super) origin: Vec3,
 }
 
+/// Room for some vertices, and for a normal of each where normals are wanted.
+#[derive(Default)]
+pub(super) struct Slots<'a> {
+    pub(super) positions: &'a mut [Position],
+    pub(super) normals: Option<&'a mut [Normal]>,
+}
+
+impl Slots<'_> {
+    /// The first `n` and the rest; all, and nothing, where there are fewer.
+    #[inline(always)]
+    pub(super) fn split_at(self, n: usize) -> (Self, Self) {
+        let n = n.min(self.positions.len());
+        let (positions, more_positions) = self.positions.split_at_mut(n);
+        let (normals, more_normals) = match self.normals {
+            Some(normals) => {
+                let (normals, more) = normals.split_at_mut(n.min(normals.len()));
+                (Some(normals), Some(more))
+            }
+            None => (None, None),
+        };
+        let rest = Self { positions: more_positions, normals: more_normals };
+        (Self { positions, normals }, rest)
+    }
+}
+
 /// Where the vertices of a layer go: those on its Z edges, and on the X and Y edges of the plane
 /// after it.
-pub(super) struct LayerVertices<'a> {
-    pub(super) z: &'a mut [Position],
-    pub(super) x: &'a mut [Position],
-    pub(super) y: &'a mut [Position],
+pub(super) struct LayerSlots<'a> {
+    pub(super) z: Slots<'a>,
+    pub(super) x: Slots<'a>,
+    pub(super) y: Slots<'a>,
+}
+
+/// The crossed grid edges of a layer, and all that their vertices are made of.
+pub(super) struct LayerEdges<'a, T> {
+    pub(super) placing: &'a Placing,
+    /// Those that hold crossings.
+    pub(super) words: &'a [ActiveWord],
+    /// The planes before the layer and after it, one `step` apart.
+    pub(super) planes: [Plane<'a, T>; 2],
+    pub(super) step: Vec3,
+    /// What normals are made of, where they are wanted.
+    pub(super) around: Option<Surroundings<'a, T>>,
 }
 
 /// What an instruction set does with crossings: gathers those of a word (whose first bit stands for
@@ -46,36 +84,35 @@ pub(super) struct Means<G, P> {
     pub(super) place: P,
 }
 
-impl Placing {
-    /// The vertices of a layer between two planes one `step` apart, each family by (y, x). `words`
-    /// are those that hold its crossings, `near` the planes that are looked at to place them.
+impl<T: Sample> LayerEdges<'_, T> {
+    /// Makes the vertices, each family by (y, x).
     ///
     /// Inlined into one function an instruction set, as the others here.
     #[inline(always)]
-    pub(super) fn layer_with<T: Sample, G, P, const N: usize>(
-        &self,
-        words: &[ActiveWord],
-        [before, after]: [Plane<'_, T>; 2],
-        near: [&[T]; N],
-        step: Vec3,
-        out: LayerVertices<'_>,
-        means: &Means<G, P>,
-    ) where
+    pub(super) fn make_with<G, P>(&self, out: LayerSlots<'_>, means: &Means<G, P>)
+    where
         G: Fn(&mut Gathered, u64, u32, u32),
-        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+        P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
     {
-        let mut x = Edges::new(Family::x(self, &after), out.x);
-        let mut y = Edges::new(Family::y(self, &after), out.y);
-        let mut z = Edges::new(Family::z(self, [&before, &after], step), out.z);
-        let has_z = !(self.open && (before.samples.is_empty() || after.samples.is_empty()));
-        for &ActiveWord { q, w } in words {
+        let Self { placing, planes: [before, after], .. } = self;
+        let outer = self.around.as_ref().map_or([&[] as &[T]; 2], Surroundings::outer_planes);
+        let mut x = Edges::new(Family::x(placing, after), out.x);
+        let mut y = Edges::new(Family::y(placing, after), out.y);
+        let mut z = Edges::new(Family::z(placing, [before, after], self.step), out.z);
+        let has_z = !(placing.open && (before.samples.is_empty() || after.samples.is_empty()));
+        for &ActiveWord { q, w } in self.words {
             let (at, w) = (q as usize, w as usize);
             // Since they were compared the samples may have left the nearer caches.
-            for plane in near {
-                super::simd::ask(plane, (at - 1) * self.dims.0 + 64 * w);
+            let from = (at - 1) * placing.dims.0 + 64 * w;
+            super::simd::ask(before.samples, from);
+            super::simd::ask(after.samples, from);
+            if self.around.is_some() {
+                for plane in outer {
+                    super::simd::ask(plane, from);
+                }
             }
-            x.add(self.x_crossings(after.bits, at, w), w, q - 1, means);
-            y.add(self.y_crossings(after.bits, at, w), w, q - 1, means);
+            x.add(placing.x_crossings(after.bits, at, w), w, q - 1, means);
+            y.add(placing.y_crossings(after.bits, at, w), w, q - 1, means);
             if has_z {
                 z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, means);
             }
@@ -84,7 +121,9 @@ impl Placing {
         y.flush(means);
         z.flush(means);
     }
+}
 
+impl Placing {
     /// The vertices on the X edges of a plane, then those on its Y edges.
     #[inline(always)]
     pub(super) fn ghosts_with<T: Sample, G, P>(
@@ -94,10 +133,10 @@ impl Placing {
         means: &Means<G, P>,
     ) where
         G: Fn(&mut Gathered, u64, u32, u32),
-        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+        P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
     {
         let bits = plane.bits;
-        let (x, y) = out.split_at_mut(bits.n_x() as usize);
+        let (x, y) = Slots { positions: out, normals: None }.split_at(bits.n_x() as usize);
         let mut x = Edges::new(Family::x(self, &plane), x);
         let mut y = Edges::new(Family::y(self, &plane), y);
         let rows = bits.some_rows();
@@ -141,11 +180,11 @@ impl Placing {
 struct Edges<'a, 'o, T> {
     family: Family<'a, T>,
     gathered: Gathered,
-    out: &'o mut [Position],
+    out: Slots<'o>,
 }
 
 impl<'a, 'o, T: Sample> Edges<'a, 'o, T> {
-    fn new(family: Family<'a, T>, out: &'o mut [Position]) -> Self {
+    fn new(family: Family<'a, T>, out: Slots<'o>) -> Self {
         Self { family, gathered: Gathered::new(), out }
     }
 
@@ -154,7 +193,7 @@ impl<'a, 'o, T: Sample> Edges<'a, 'o, T> {
     fn add<G, P>(&mut self, crossed: u64, w: usize, r: u32, means: &Means<G, P>)
     where
         G: Fn(&mut Gathered, u64, u32, u32),
-        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+        P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
     {
         if self.gathered.is_full() {
             self.flush(means);
@@ -166,13 +205,11 @@ impl<'a, 'o, T: Sample> Edges<'a, 'o, T> {
     #[inline(always)]
     fn flush<G, P>(&mut self, means: &Means<G, P>)
     where
-        P: Fn(&Family<'_, T>, &Gathered, &mut [Position]),
+        P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
     {
-        let out = std::mem::take(&mut self.out);
-        if let Some((now, later)) = out.split_at_mut_checked(self.gathered.len()) {
-            (means.place)(&self.family, &self.gathered, now);
-            self.out = later;
-        }
+        let (now, later) = std::mem::take(&mut self.out).split_at(self.gathered.len());
+        (means.place)(&self.family, &self.gathered, now);
+        self.out = later;
         self.gathered.clear();
     }
 }

@@ -11,6 +11,11 @@ use memmap2::{Advice, MmapMut, MmapOptions};
 /// Linux lets a mapping begin at a huge page only where its length is a multiple of one.
 const HUGE_PAGE: usize = 2 << 20;
 
+/// The first items lie in small pages, at the end of the mapping's first huge one: to clear a huge
+/// page takes longer than to make a small mesh.
+const IN_SMALL_PAGES: usize = 256 << 10;
+const BEGIN: usize = HUGE_PAGE - IN_SMALL_PAGES;
+
 /// A slice that owns its memory.
 #[derive(Debug)]
 pub struct Buffer<T> {
@@ -20,7 +25,7 @@ pub struct Buffer<T> {
 
 #[derive(Debug)]
 enum Memory<T> {
-    /// Pages of zeroes until they are written.
+    /// Pages of zeroes until they are written; the items from [`BEGIN`] on.
     Map(MmapMut),
     Vector(Vec<T>),
 }
@@ -29,13 +34,14 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// Address space for `len` items, all zero. Nothing where the system does not give it: the
     /// caller then counts first and takes a [`Buffer::zeroed`].
     pub fn reserve(len: usize) -> Option<Self> {
-        let bytes = len.checked_mul(size_of::<T>())?.max(1).checked_next_multiple_of(HUGE_PAGE)?;
+        let bytes = len.checked_mul(size_of::<T>())?.checked_add(BEGIN)?;
+        let bytes = bytes.checked_next_multiple_of(HUGE_PAGE)?;
         let mut options = MmapOptions::new();
         options.len(bytes).no_reserve_swap();
         let map = options.map_anon().ok()?;
         // Where the system has no huge pages, small ones serve.
         #[cfg(target_os = "linux")]
-        let _ = map.advise(Advice::HugePage);
+        let _ = map.advise_range(Advice::HugePage, HUGE_PAGE, bytes - HUGE_PAGE);
         Some(Self { len, memory: Memory::Map(map) })
     }
 
@@ -55,7 +61,7 @@ impl<T: bytemuck::Pod> Deref for Buffer<T> {
 
     fn deref(&self) -> &[T] {
         match &self.memory {
-            Memory::Map(map) => bytemuck::cast_slice(&map[..self.len * size_of::<T>()]),
+            Memory::Map(map) => bytemuck::cast_slice(&map[BEGIN..][..self.len * size_of::<T>()]),
             Memory::Vector(vector) => &vector[..self.len],
         }
     }
@@ -64,7 +70,9 @@ impl<T: bytemuck::Pod> Deref for Buffer<T> {
 impl<T: bytemuck::Pod> DerefMut for Buffer<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         match &mut self.memory {
-            Memory::Map(map) => bytemuck::cast_slice_mut(&mut map[..self.len * size_of::<T>()]),
+            Memory::Map(map) => {
+                bytemuck::cast_slice_mut(&mut map[BEGIN..][..self.len * size_of::<T>()])
+            }
             Memory::Vector(vector) => &mut vector[..self.len],
         }
     }

@@ -76,6 +76,9 @@ pub trait Sample:
     /// The value, exactly.
     fn to_f64(self) -> f64;
 
+    /// The difference to another value, as `f32`: exact where samples have 16 bits at most.
+    fn minus(self, other: Self) -> f32;
+
     /// The value's place in the order of all values that are no NaN: `a < b` implies a lower
     /// place. The two zeros have places of their own, -0.0 below 0.0.
     fn ordinal(self) -> i64;
@@ -91,7 +94,7 @@ pub trait Sample:
 }
 
 macro_rules! integer_sample {
-    ($($t:ty => $name:ident),*) => {$(
+    ($wide:ty: $($t:ty => $name:ident),*) => {$(
         impl Sample for $t {
             const TYPE: StoredType = StoredType::$name;
             const FIRST: i64 = <$t>::MIN as i64;
@@ -99,6 +102,10 @@ macro_rules! integer_sample {
 
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+
+            fn minus(self, other: Self) -> f32 {
+                (<$wide>::from(self) - <$wide>::from(other)) as f32
             }
 
             fn ordinal(self) -> i64 {
@@ -112,7 +119,8 @@ macro_rules! integer_sample {
     )*};
 }
 
-integer_sample!(u8 => U8, i8 => I8, u16 => U16, i16 => I16, u32 => U32, i32 => I32);
+integer_sample!(i32: u8 => U8, i8 => I8, u16 => U16, i16 => I16);
+integer_sample!(i64: u32 => U32, i32 => I32);
 
 macro_rules! float_sample {
     ($($t:ty, $bits:ty => $name:ident),*) => {$(
@@ -124,6 +132,10 @@ macro_rules! float_sample {
 
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+
+            fn minus(self, other: Self) -> f32 {
+                (self - other) as f32
             }
 
             fn ordinal(self) -> i64 {

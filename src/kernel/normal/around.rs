@@ -1,7 +1,7 @@
 //! The samples around the edges of a plane, or between two planes, and the normals they give.
 
 use super::frame::Frame;
-use super::lanes::{AGAINST, LANES, Lanes, Making, Star, mix};
+use super::lanes::{AGAINST, LANES, Lanes, Making, Star};
 use crate::geom::vec3::{Vec3, dot};
 use crate::kernel::crossing;
 use crate::kernel::gather::Gathered;
@@ -18,6 +18,8 @@ pub(in crate::kernel) struct Around<'a, T> {
     /// 1 where values rise from the iso value into the inside, else -1.
     pub(super) sign: f64,
     pub(super) frame: Frame,
+    /// The directions of the caps before and after all samples along i, and along j.
+    pub(super) caps: [[Normal; 2]; 2],
     pub(in crate::kernel) making: Making,
 }
 
@@ -121,9 +123,7 @@ impl<T: Sample> Around<'_, T> {
         let (nx, ny) = self.dims;
         let (at, n) = ([c, r, 1][AXIS] as usize, [nx, ny, 2][AXIS]);
         if at == 0 || at == n {
-            let mut outward = [0.0; 3];
-            outward[AXIS] = if at == 0 { -1.0 } else { 1.0 };
-            return self.direction(outward);
+            return self.caps[AXIS % 2][usize::from(at > 0)];
         }
         self.single::<AXIS>(self.place::<AXIS>(c, r))
     }
@@ -146,7 +146,7 @@ impl<T: Sample> Around<'_, T> {
         let edge = [0, 1, 2].map(|axis| (b[axis] - a[axis]) as f64);
         let (a, b) = (self.at(a), self.at(b));
         let t = crossing(a, b, self.making.level, self.making.epsilon);
-        let slopes = [0, 1, 2].map(|axis| mix(t, low[axis], high[axis]));
+        let slopes = [0, 1, 2].map(|axis| (1.0 - t) * low[axis] + t * high[axis]);
         let slopes = self.outward_along(edge, slopes, b - a);
         let usual = self.frame.unit(slopes.map(|x| -self.sign * x));
         usual.unwrap_or_else(|| self.direction(edge.map(|x| x * self.outward([a, b]))))
@@ -180,14 +180,14 @@ impl<T: Sample> Around<'_, T> {
     fn outward_along(&self, edge: Vec3, slopes: Vec3, rise: f64) -> Vec3 {
         let most = slopes.iter().fold(0f64, |most, x| most.max(x.abs()));
         let scaled = slopes.map(|x| x / most);
-        let squares = self.making.squares;
+        let squares = self.making.squares.map(f64::from);
         // The edge's share of the square of its length, along each axis.
         let parts = [0, 1, 2].map(|axis| edge[axis] / squares[axis]);
         let length = dot(parts, edge);
         let along = dot(scaled, edge);
         let all: f64 = (0..3).map(|axis| squares[axis] * scaled[axis] * scaled[axis]).sum();
         let leans_back = along * 1f64.copysign(rise) < 0.0;
-        if leans_back && (AGAINST + 1.0) * along * along > length * all {
+        if leans_back && f64::from(AGAINST + 1.0) * along * along > length * all {
             let missing = rise - dot(slopes, edge);
             [0, 1, 2].map(|axis| slopes[axis] + missing * parts[axis] / length)
         } else {

@@ -21,7 +21,7 @@ pub(super) type Star<S> = [S; 12];
 
 /// A gradient leads against its edge where it leans back by more than this: the square of the
 /// cotangent of 14 degrees.
-pub(in crate::kernel) const AGAINST: f64 = 16.0;
+pub(in crate::kernel) const AGAINST: f32 = 16.0;
 
 /// What the gradients of one family of edges are made with.
 #[derive(Clone, Copy, Debug)]
@@ -31,37 +31,37 @@ pub(in crate::kernel) struct Making {
     /// For the planes of `a` and of `b`.
     pub(in crate::kernel) across: [Across; 2],
     /// Outward directions of slopes along i, j and k.
-    pub(in crate::kernel) columns: [[f64; 3]; 3],
+    pub(in crate::kernel) columns: [[f32; 3]; 3],
     /// What the squares of slopes along i, j and k are multiplied by to be compared.
-    pub(in crate::kernel) squares: [f64; 3],
+    pub(in crate::kernel) squares: [f32; 3],
 }
 
 /// Edges whose neighbours are all there, on their way from samples to normals.
 pub(super) struct Lanes<T> {
     pub(super) samples: Star<[T; LANES]>,
-    t: [f64; LANES],
+    t: [f32; LANES],
     /// b - a.
-    rise: [f64; LANES],
-    along: [f64; LANES],
+    rise: [f32; LANES],
+    along: [f32; LANES],
     /// Along the other two axes.
-    first: [f64; LANES],
-    second: [f64; LANES],
+    first: [f32; LANES],
+    second: [f32; LANES],
     x: [f32; LANES],
     y: [f32; LANES],
     z: [f32; LANES],
     /// The squares of lengths before they were made 1.
-    square: [f64; LANES],
+    square: [f32; LANES],
 }
 
 /// From the lower end's slope to the upper one's.
 #[inline(always)]
-pub(super) fn mix(t: f64, a: f64, b: f64) -> f64 {
+fn mix(t: f32, a: f32, b: f32) -> f32 {
     (1.0 - t) * a + t * b
 }
 
 impl<T: Sample> Lanes<T> {
     pub(super) fn new() -> Self {
-        let (none, small) = ([0.0; LANES], [0.0; LANES]);
+        let none = [0.0; LANES];
         Self {
             samples: [[T::default(); LANES]; 12],
             t: none,
@@ -69,9 +69,9 @@ impl<T: Sample> Lanes<T> {
             along: none,
             first: none,
             second: none,
-            x: small,
-            y: small,
-            z: small,
+            x: none,
+            y: none,
+            z: none,
             square: none,
         }
     }
@@ -107,17 +107,17 @@ impl<T: Sample> Lanes<T> {
     fn place(&mut self, with: &Making) {
         let [a, b, ..] = &self.samples;
         for l in 0..LANES {
+            self.rise[l] = b[l].minus(a[l]);
             let (a, b) = (a[l].to_f64(), b[l].to_f64());
-            self.rise[l] = b - a;
-            self.t[l] = crossing(a, b, with.level, with.epsilon);
+            self.t[l] = crossing(a, b, with.level, with.epsilon) as f32;
         }
     }
 
     #[inline(always)]
     fn slopes<const AXIS: usize>(&mut self, with: &Making) {
         let [a, b, before, after, p, q, r, s, v, w, x, y] = &self.samples;
-        let central = |low: T, high: T| 0.5 * (high.to_f64() - low.to_f64());
-        let [low, high] = with.across.map(|across| across.weights);
+        let central = |low: T, high: T| 0.5 * high.minus(low);
+        let [low, high] = with.across.map(|across| across.weights.map(|x| x as f32));
         for l in 0..LANES {
             self.first[l] = mix(self.t[l], central(p[l], q[l]), central(r[l], s[l]));
         }
@@ -126,13 +126,12 @@ impl<T: Sample> Lanes<T> {
                 self.second[l] = mix(self.t[l], central(v[l], w[l]), central(x[l], y[l]));
             }
             for l in 0..LANES {
-                let (a, b) = (a[l].to_f64(), b[l].to_f64());
-                let (before, after) = (before[l].to_f64(), after[l].to_f64());
-                let low = low[0] * (a - before) + low[1] * (b - a);
-                let high = high[0] * (b - a) + high[1] * (after - b);
+                let rise = self.rise[l];
+                let low = low[0] * a[l].minus(before[l]) + low[1] * rise;
+                let high = high[0] * rise + high[1] * after[l].minus(b[l]);
                 self.along[l] = mix(self.t[l], low, high);
             }
-            let [low, high] = with.across.map(|across| across.lean);
+            let [low, high] = with.across.map(|across| across.lean.map(|x| x as f32));
             if low != [0.0; 2] || high != [0.0; 2] {
                 for l in 0..LANES {
                     let low = low[0] * central(p[l], q[l]) + low[1] * central(v[l], w[l]);
@@ -142,9 +141,8 @@ impl<T: Sample> Lanes<T> {
             }
         } else {
             for l in 0..LANES {
-                let (a, b) = (a[l].to_f64(), b[l].to_f64());
-                let low = low[0] * (a - v[l].to_f64()) + low[1] * (w[l].to_f64() - a);
-                let high = high[0] * (b - x[l].to_f64()) + high[1] * (y[l].to_f64() - b);
+                let low = low[0] * a[l].minus(v[l]) + low[1] * w[l].minus(a[l]);
+                let high = high[0] * b[l].minus(x[l]) + high[1] * y[l].minus(b[l]);
                 self.second[l] = mix(self.t[l], low, high);
             }
             for l in 0..LANES {
@@ -166,7 +164,7 @@ impl<T: Sample> Lanes<T> {
         for l in 0..LANES {
             let (u, v, rise) = (self.first[l], self.second[l], self.rise[l]);
             let along = self.along[l];
-            let leans_back = along * 1f64.copysign(rise) < 0.0;
+            let leans_back = along * 1f32.copysign(rise) < 0.0;
             let far = AGAINST * own * along * along > first * u * u + second * v * v;
             let along = if leans_back & far { rise } else { along };
             let [di, dj, dk] = match AXIS {
@@ -178,18 +176,18 @@ impl<T: Sample> Lanes<T> {
             let y = i[1] * di + j[1] * dj + k[1] * dk;
             let z = i[2] * di + j[2] * dj + k[2] * dk;
             let square = x * x + y * y + z * z;
-            let by = 1.0 / square.sqrt();
+            let length = square.sqrt();
             // No negative zeroes, which look odd in text.
-            self.x[l] = (x * by) as f32 + 0.0;
-            self.y[l] = (y * by) as f32 + 0.0;
-            self.z[l] = (z * by) as f32 + 0.0;
+            self.x[l] = x / length + 0.0;
+            self.y[l] = y / length + 0.0;
+            self.z[l] = z / length + 0.0;
             self.square[l] = square;
         }
     }
 }
 
 /// Of numbers along i, j and k: that of the edges' own axis, then those of the other two.
-fn in_order<const AXIS: usize>([i, j, k]: [f64; 3]) -> [f64; 3] {
+fn in_order<const AXIS: usize>([i, j, k]: [f32; 3]) -> [f32; 3] {
     match AXIS {
         0 => [i, j, k],
         1 => [j, i, k],
@@ -197,7 +195,12 @@ fn in_order<const AXIS: usize>([i, j, k]: [f64; 3]) -> [f64; 3] {
     }
 }
 
+/// Squares of lengths that `f32` can tell: a length is made 1 in `f32`, whose roots and quotients take
+/// a third of the time, and keeps six digits.
+pub(in crate::kernel) const LEAST_SQUARE: f32 = 1e-30;
+pub(in crate::kernel) const MOST_SQUARE: f32 = 1e30;
+
 #[inline(always)]
-fn usual(square: f64) -> bool {
-    square > 1e-200 && square < 1e200
+fn usual(square: f32) -> bool {
+    square > LEAST_SQUARE && square < MOST_SQUARE
 }

@@ -7,9 +7,9 @@
 //! on a cap         the cap's own direction
 //! ```
 //!
-//! turned into output space by the inverse transpose of the map. A pass of its own after the
-//! vertices, which it knows by their order alone, run only where normals are asked for. All
-//! arithmetic is `f64`, in one order, rounded once.
+//! turned into output space by the inverse transpose of the map. Where on its edge a vertex lies is
+//! found in `f64`, as for its position; gradients are worked out in `f32`, whose six digits are more
+//! than any shading shows, twice as many at a time. All in one order, the same on every processor.
 
 mod around;
 mod frame;
@@ -17,15 +17,15 @@ mod lanes;
 
 pub(super) use around::{Around, Within};
 use frame::{Across, Frame};
-pub(super) use lanes::{AGAINST, Making};
+pub(super) use lanes::{AGAINST, LEAST_SQUARE, MOST_SQUARE, Making};
 
 use super::cube::{corner_at, edge_axis, edge_corners};
 use super::decide::gradient;
 use super::family::Family;
 use super::gather::Gathered;
 use super::slab::LayerScratch;
-use super::vertices::LayerVertices;
-use super::{BitPlane, CellSurface, Classify, Kernel, Row, Slab, crossing, simd};
+use super::vertices::Slots;
+use super::{CellSurface, Classify, Kernel, Row, Slab, crossing};
 use crate::geom::vec3::{Vec3, cross, norm, sub};
 use crate::mesh::Normal;
 use crate::volume::Sample;
@@ -39,7 +39,7 @@ pub(super) struct Surroundings<'a, T> {
     /// Nothing where the plane after is.
     pub(super) plane: Option<Around<'a, T>>,
     /// The direction of the Z edges' cap.
-    cap: Normal,
+    pub(super) z_cap: Normal,
     frame: Frame,
 }
 
@@ -55,58 +55,23 @@ impl<T: Sample> Surroundings<'_, T> {
         either.map_or([&[]; 2], |&Around { planes: [before, .., beyond], .. }| [before, beyond])
     }
 
-    /// The normals of the vertices on gathered edges of one family.
+    /// The vertices on gathered edges of one family, with their normals.
     ///
     /// Inlined into one function an instruction set.
     #[inline(always)]
-    pub(super) fn normals(&self, family: &Family<'_, T>, edges: &Gathered, out: &mut [Normal]) {
+    pub(super) fn vertices(&self, family: &Family<'_, T>, edges: &Gathered, out: Slots<'_>) {
+        family.place(edges, out.positions);
+        let normals = out.normals.unwrap_or_default();
         match (family.axis(), &self.plane, &self.between) {
-            (0, Some(plane), _) => plane.normals::<0>(edges, out),
-            (1, Some(plane), _) => plane.normals::<1>(edges, out),
-            (2, _, Some(between)) => between.normals::<2>(edges, out),
-            _ => out.fill(self.cap),
+            (0, Some(plane), _) => plane.normals::<0>(edges, normals),
+            (1, Some(plane), _) => plane.normals::<1>(edges, normals),
+            (2, _, Some(between)) => between.normals::<2>(edges, normals),
+            _ => normals.fill(self.z_cap),
         }
     }
 }
 
 impl<T: Classify> Kernel<T> {
-    /// The normals of the vertices of layer `s`, in step with them. Needs a plane more on either
-    /// side than the vertices do, where the volume has one.
-    pub(super) fn layer_normals(
-        &self,
-        s: usize,
-        slab: &Slab<'_, T>,
-        [prev, cur]: [&BitPlane; 2],
-        layer: &LayerScratch,
-        out: &mut [Normal],
-    ) {
-        let (z, rest) = out.split_at_mut(layer.cells.n_z() as usize);
-        let (extra, rest) = rest.split_at_mut(layer.settled.extra.len());
-        let (x, y) = rest.split_at_mut(cur.n_x() as usize);
-        let before = s.checked_sub(1);
-        let ends = [before.and_then(|k| slab.plane(k)), slab.plane(s)];
-        if !extra.is_empty() {
-            self.extra_normals(s, ends, layer, extra);
-        }
-        self.edge_normals(s, slab, [prev, cur], layer, LayerVertices { z, x, y });
-    }
-
-    /// Those of the vertices on the layer's grid edges alone.
-    pub(super) fn edge_normals(
-        &self,
-        s: usize,
-        slab: &Slab<'_, T>,
-        [prev, cur]: [&BitPlane; 2],
-        layer: &LayerScratch,
-        out: LayerVertices<'_>,
-    ) {
-        let k = s as i64;
-        let around = self.surroundings(s, slab);
-        let planes = [self.plane(k - 1, slab, prev), self.plane(k, slab, cur)];
-        let step = self.place.step_k(k - 1);
-        simd::normals(self.cpu, &self.placing, &layer.cells.words, planes, step, &around, out);
-    }
-
     /// What surrounds the edges of layer `s`.
     pub(super) fn surroundings<'a>(&self, s: usize, slab: &Slab<'a, T>) -> Surroundings<'a, T> {
         let before = s.checked_sub(1);
@@ -119,7 +84,7 @@ impl<T: Classify> Kernel<T> {
                 _ => None,
             },
             plane: ends[1].map(|samples| self.around(slab, s, [samples; 2], false)),
-            cap: frame.unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
+            z_cap: frame.unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
             frame,
         }
     }
@@ -147,11 +112,14 @@ impl<T: Classify> Kernel<T> {
             level: self.placing.level,
             epsilon: self.placing.epsilon,
             across,
-            columns: frame.times(-self.sign),
+            columns: frame.times(-self.sign).map(|column| column.map(|x| x as f32)),
             squares: inverse_squares([self.placing.step_i, self.placing.step_j, step]),
         };
         let planes = [before, a, at(k + 1), at(k + if between { 2 } else { 1 })];
-        Around { planes, dims: self.placing.dims, sign: self.sign, frame, making }
+        let caps = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|after: Vec3| {
+            [after.map(|x| -x), after].map(|outward| frame.unit(outward).unwrap_or(UPWARD))
+        });
+        Around { planes, dims: self.placing.dims, sign: self.sign, frame, caps, making }
     }
 
     fn frame(&self, step_k: Vec3) -> Frame {
@@ -160,13 +128,14 @@ impl<T: Classify> Kernel<T> {
 
     /// The normals of the vertices inside the cells of layer `s`. The cells are settled once more:
     /// they are few, and only those with such vertices.
-    fn extra_normals(
+    pub(super) fn extra_normals(
         &self,
         s: usize,
-        samples: [Option<&[T]>; 2],
+        slab: &Slab<'_, T>,
         layer: &LayerScratch,
         out: &mut [Normal],
     ) {
+        let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
         let frame = self.frame(self.place.step_k(s as i64 - 1));
         let mut out = out.iter_mut();
         let mut slow = layer.cells.slow.iter().zip(&layer.settled.cells);
@@ -222,10 +191,10 @@ impl<T: Classify> Kernel<T> {
 }
 
 /// 1 over the squares of lengths, the largest of them 1.
-fn inverse_squares(steps: [Vec3; 3]) -> [f64; 3] {
+fn inverse_squares(steps: [Vec3; 3]) -> [f32; 3] {
     let lengths = steps.map(norm);
     let least = lengths.iter().fold(f64::INFINITY, |least, &length| least.min(length));
-    lengths.map(|length| (least / length) * (least / length))
+    lengths.map(|length| ((least / length) * (least / length)) as f32)
 }
 
 /// What stands for a direction where there is none, which no volume has.

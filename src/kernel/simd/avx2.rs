@@ -10,11 +10,10 @@ use super::super::emit::Triangles;
 use super::super::family::Family;
 use super::super::gather::Gathered;
 use super::super::key::Threshold;
-use super::super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
+use super::super::layer::{Cells, Counts, Layer, row_cells};
 use super::super::normal::Surroundings;
-use super::super::vertices::{LayerVertices, Means, Placing, Plane};
+use super::super::vertices::{LayerEdges, LayerSlots, Means, Placing, Plane, Slots};
 use super::prefetch;
-use crate::geom::vec3::Vec3;
 use crate::mesh::Position;
 use crate::volume::Sample;
 
@@ -178,49 +177,35 @@ fn store(ids: [__m256i; 2], n: usize, at: usize, out: &mut [u32]) {
 
 /// Vertices, the plain code compiled for wider registers.
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn vertices<T: Sample>(
-    placing: &Placing,
-    words: &[ActiveWord],
-    planes: [Plane<'_, T>; 2],
-    step: Vec3,
-    out: LayerVertices<'_>,
-) {
-    let near = planes.map(|plane| plane.samples);
-    let place = |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| f.place(g, out);
-    let means = Means { gather: Gathered::add, place };
-    placing.layer_with(words, planes, near, step, out, &means);
+pub(super) fn vertices<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
+    let gather = Gathered::add;
+    match &edges.around {
+        None => {
+            let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| f.place(g, out.positions);
+            edges.make_with(out, &Means { gather, place });
+        }
+        Some(around) => {
+            let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| {
+                with_normals(around, f, g, out);
+            };
+            edges.make_with(out, &Means { gather, place });
+        }
+    }
 }
 
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
-    let place = |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| f.place(g, out);
+    let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| f.place(g, out.positions);
     placing.ghosts_with(plane, out, &Means { gather: Gathered::add, place });
-}
-
-/// Normals, the plain code compiled for wider registers.
-#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-pub(super) fn normals<T: Sample>(
-    placing: &Placing,
-    words: &[ActiveWord],
-    planes: [Plane<'_, T>; 2],
-    step: Vec3,
-    around: &Surroundings<'_, T>,
-    out: LayerVertices<'_>,
-) {
-    let place = |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| {
-        gathered_normals(around, f, g, out);
-    };
-    let means = Means { gather: Gathered::add, place };
-    placing.layer_with(words, planes, around.outer_planes(), step, out, &means);
 }
 
 /// A function of its own, so that it is compiled once for all places that call it.
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
-fn gathered_normals<T: Sample>(
+fn with_normals<T: Sample>(
     around: &Surroundings<'_, T>,
     family: &Family<'_, T>,
     edges: &Gathered,
-    out: &mut [Position],
+    out: Slots<'_>,
 ) {
-    around.normals(family, edges, out);
+    around.vertices(family, edges, out);
 }

@@ -29,10 +29,8 @@ use super::emit::Triangles;
 use super::family::Family;
 use super::gather::Gathered;
 use super::key::Threshold;
-use super::layer::{ActiveWord, Cells, Counts, Layer, row_cells};
-use super::normal::Surroundings;
-use super::vertices::{LayerVertices, Means, Placing, Plane};
-use crate::geom::vec3::Vec3;
+use super::layer::{Cells, Counts, Layer, row_cells};
+use super::vertices::{LayerEdges, LayerSlots, Means, Placing, Plane, Slots};
 use crate::mesh::Position;
 use crate::volume::Sample;
 
@@ -147,23 +145,14 @@ pub(super) fn emit(cpu: Cpu, triangles: &Triangles<'_>, out: &mut [u32]) {
     );
 }
 
-/// Makes the vertices of a layer.
-pub(super) fn vertices<T: Sample>(
-    cpu: Cpu,
-    placing: &Placing,
-    words: &[ActiveWord],
-    planes: [Plane<'_, T>; 2],
-    step: Vec3,
-    out: LayerVertices<'_>,
-) {
-    let near = planes.map(|plane| plane.samples);
-    let means = Means { gather: Gathered::add, place: place_one_by_one };
+/// Makes the vertices of a layer, with their normals where those are wanted.
+pub(super) fn vertices<T: Sample>(cpu: Cpu, edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
     dispatch!(
         cpu,
-        placing.layer_with(words, planes, near, step, out, &means),
-        placing.layer_with(words, planes, near, step, out, &means),
-        avx2::vertices(placing, words, planes, step, out),
-        vertices512::vertices(placing, words, planes, step, out)
+        portable_vertices(edges, out),
+        portable_vertices(edges, out),
+        avx2::vertices(edges, out),
+        vertices512::vertices(edges, out)
     );
 }
 
@@ -184,40 +173,18 @@ pub(super) fn ghosts<T: Sample>(
     );
 }
 
-fn place_one_by_one<T: Sample>(family: &Family<'_, T>, edges: &Gathered, out: &mut [Position]) {
-    family.place(edges, out);
+fn portable_vertices<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
+    let gather = Gathered::add;
+    match &edges.around {
+        None => edges.make_with(out, &Means { gather, place: place_one_by_one }),
+        Some(around) => {
+            let place =
+                |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| around.vertices(f, g, out);
+            edges.make_with(out, &Means { gather, place });
+        }
+    }
 }
 
-/// Makes the normals of a layer's vertices, in step with them.
-pub(super) fn normals<T: Sample>(
-    cpu: Cpu,
-    placing: &Placing,
-    words: &[ActiveWord],
-    planes: [Plane<'_, T>; 2],
-    step: Vec3,
-    around: &Surroundings<'_, T>,
-    out: LayerVertices<'_>,
-) {
-    dispatch!(
-        cpu,
-        portable_normals(placing, words, planes, step, around, out),
-        portable_normals(placing, words, planes, step, around, out),
-        avx2::normals(placing, words, planes, step, around, out),
-        normals512::normals(placing, words, planes, step, around, out)
-    );
-}
-
-fn portable_normals<T: Sample>(
-    placing: &Placing,
-    words: &[ActiveWord],
-    planes: [Plane<'_, T>; 2],
-    step: Vec3,
-    around: &Surroundings<'_, T>,
-    out: LayerVertices<'_>,
-) {
-    let means = Means {
-        gather: Gathered::add,
-        place: |f: &Family<'_, T>, g: &Gathered, out: &mut [Position]| around.normals(f, g, out),
-    };
-    placing.layer_with(words, planes, around.outer_planes(), step, out, &means);
+fn place_one_by_one<T: Sample>(family: &Family<'_, T>, edges: &Gathered, out: Slots<'_>) {
+    family.place(edges, out.positions);
 }

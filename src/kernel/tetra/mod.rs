@@ -16,8 +16,9 @@ pub use tables::{N_LANES, TetraTables, lane_corners};
 pub(super) use vertices::Between;
 
 use super::key::Bits;
+use super::normal::Surroundings;
 use super::slab::LayerScratch;
-use super::vertices::{LayerVertices, Plane};
+use super::vertices::{LayerSlots, Plane, Slots};
 use super::{Classify, Kernel, Slab, simd};
 use crate::geom::vec3::{Vec3, add};
 use crate::mesh::Position;
@@ -60,7 +61,8 @@ impl<T: Classify> Kernel<T> {
         let n_edges = plane.bits.n_x() as usize + plane.bits.n_y() as usize;
         let (edges, diagonals) = out.split_at_mut(n_edges);
         simd::ghosts(self.cpu, &self.placing, plane, edges);
-        self.diagonals(Kind::XY, &bits.1, [plane; 2], [0.0; 3], diagonals);
+        let out = Slots { positions: diagonals, normals: None };
+        self.diagonals(Kind::XY, &bits.1, [plane; 2], None, None, out);
     }
 
     /// Makes the vertices of layer `s`, those of the plane after it included.
@@ -70,44 +72,48 @@ impl<T: Classify> Kernel<T> {
         slab: &Slab<'_, T>,
         bits: [&Bits; 2],
         layer: &LayerScratch,
-        out: &mut [Position],
+        out: Slots<'_>,
     ) {
-        let k = s as i64;
-        let planes = [self.plane(k - 1, slab, &bits[0].0), self.plane(k, slab, &bits[1].0)];
-        let step = self.place.step_k(k - 1);
+        let normals = out.normals.is_some();
+        let edges = self.layer_edges(s, slab, bits.map(|bits| &bits.0), layer, normals);
+        let around = edges.around.as_ref();
         let Diagonals { xz, yz, body } = &layer.diagonals;
-        let (z, mut rest) = out.split_at_mut(layer.cells.n_z() as usize);
+        let (z, mut rest) = out.split_at(layer.cells.n_z() as usize);
         for (kind, crossings) in [(Kind::XZ, xz), (Kind::YZ, yz), (Kind::XY, body)] {
-            let (own, others) = rest.split_at_mut(crossings.total() as usize);
+            let (own, others) = rest.split_at(crossings.total() as usize);
             rest = others;
-            self.diagonals(kind, crossings, planes, step, own);
+            self.diagonals(kind, crossings, edges.planes, Some(edges.step), around, own);
         }
-        let (x, rest) = rest.split_at_mut(bits[1].0.n_x() as usize);
-        let (y, xy) = rest.split_at_mut(bits[1].0.n_y() as usize);
-        let out = LayerVertices { z, x, y };
-        simd::vertices(self.cpu, &self.placing, &layer.cells.words, planes, step, out);
-        self.diagonals(Kind::XY, &bits[1].1, [planes[1]; 2], [0.0; 3], xy);
+        let (x, rest) = rest.split_at(bits[1].0.n_x() as usize);
+        let (y, xy) = rest.split_at(bits[1].0.n_y() as usize);
+        simd::vertices(self.cpu, &edges, LayerSlots { z, x, y });
+        self.diagonals(Kind::XY, &bits[1].1, [edges.planes[1]; 2], None, around, xy);
     }
 
-    /// Makes the vertices on the diagonals of a kind from one plane to another, a `step` on, or
+    /// Makes the vertices on the diagonals of a kind: from one plane to another, a `step` on, or
     /// within one.
     fn diagonals(
         &self,
         kind: Kind,
         crossings: &Crossings,
         planes: [Plane<'_, T>; 2],
-        step: Vec3,
-        out: &mut [Position],
+        step: Option<Vec3>,
+        around: Option<&Surroundings<'_, T>>,
+        out: Slots<'_>,
     ) {
-        let mut step = step;
+        let dz = usize::from(step.is_some());
+        let mut step = step.unwrap_or_default();
         if kind.dx == 1 {
             step = add(self.placing.step_i, step);
         }
         if kind.dy == 1 {
             step = add(self.placing.step_j, step);
         }
-        let between = Between { kind, crossings, planes, step };
-        simd::tetra::vertices(self.cpu, &self.placing, &between, out);
+        let between = Between { kind, crossings, planes, dz, step };
+        simd::tetra::vertices(self.cpu, &self.placing, &between, out.positions);
+        if let (Some(around), Some(normals)) = (around, out.normals) {
+            between.normals(&self.placing, around, normals);
+        }
     }
 
     /// Writes the triangles of a layer whose first vertex has the id `first`.

@@ -1,67 +1,22 @@
 //! Normals at vertices on diagonals: as on grid edges, one after the other.
 
-use super::super::normal::{Around, Surroundings};
-use super::super::slab::LayerScratch;
-use super::super::vertices::{LayerVertices, Placing, Plane};
-use super::super::{Classify, Kernel, Slab};
-use super::edges::{Crossings, Diagonals, Kind, Region};
-use super::vertices::for_each_bit;
+use super::super::normal::Surroundings;
+use super::super::vertices::Placing;
+use super::edges::{Kind, Region};
+use super::vertices::{Between, for_each_bit};
 use crate::geom::vec3::Vec3;
-use crate::kernel::key::Bits;
 use crate::mesh::Normal;
 use crate::volume::Sample;
 
-impl<T: Classify> Kernel<T> {
-    /// The normals of the vertices of layer `s`, in step with them. Needs a plane more on either
-    /// side than the vertices do, where the volume has one.
-    pub(in super::super) fn tetra_layer_normals(
-        &self,
-        s: usize,
-        slab: &Slab<'_, T>,
-        bits: [&Bits; 2],
-        layer: &LayerScratch,
-        out: &mut [Normal],
-    ) {
-        let k = s as i64;
-        let planes = [self.plane(k - 1, slab, &bits[0].0), self.plane(k, slab, &bits[1].0)];
-        let around = self.surroundings(s, slab);
-        let Diagonals { xz, yz, body } = &layer.diagonals;
-        let (z, mut rest) = out.split_at_mut(layer.cells.n_z() as usize);
-        for (kind, crossings) in [(Kind::XZ, xz), (Kind::YZ, yz), (Kind::XY, body)] {
-            let (own, others) = rest.split_at_mut(crossings.total() as usize);
-            rest = others;
-            let family = Family { kind, crossings, planes, dz: 1 };
-            family.normals(&self.placing, &around, around.between.as_ref(), own);
-        }
-        let (x, rest) = rest.split_at_mut(bits[1].0.n_x() as usize);
-        let (y, xy) = rest.split_at_mut(bits[1].0.n_y() as usize);
-        let out = LayerVertices { z, x, y };
-        self.edge_normals(s, slab, bits.map(|bits| &bits.0), layer, out);
-        let family =
-            Family { kind: Kind::XY, crossings: &bits[1].1, planes: [planes[1]; 2], dz: 0 };
-        family.normals(&self.placing, &around, around.plane.as_ref(), xy);
-    }
-}
-
-/// Diagonals of one kind from one plane to another, or within one plane.
-struct Family<'a, T> {
-    kind: Kind,
-    crossings: &'a Crossings,
-    /// The planes of the lower and the upper ends.
-    planes: [Plane<'a, T>; 2],
-    /// Planes from a lower to an upper end.
-    dz: usize,
-}
-
-impl<T: Sample> Family<'_, T> {
-    /// Makes the normals, by (y, x) of the upper end; `within` is for those between samples.
-    fn normals(
+impl<T: Sample> Between<'_, T> {
+    /// Makes the normals of the vertices, in step with them.
+    pub(super) fn normals(
         &self,
         placing: &Placing,
         around: &Surroundings<'_, T>,
-        within: Option<&Around<'_, T>>,
         out: &mut [Normal],
     ) {
+        let within = if self.dz == 0 { &around.plane } else { &around.between };
         let mut out = out.iter_mut();
         let Kind { dx, dy } = self.kind;
         let region = Region { dims: placing.dims, open: placing.open };

@@ -30,6 +30,8 @@ pub(in super::super) struct Between<'a, T> {
     pub(super) crossings: &'a Crossings,
     /// The planes of the lower and the upper ends.
     pub(super) planes: [Plane<'a, T>; 2],
+    /// Planes from a lower to an upper end.
+    pub(super) dz: usize,
     /// From a lower to an upper end.
     pub(super) step: Vec3,
 }
