@@ -1,5 +1,7 @@
 //! Means of blocks of samples.
 
+use std::ops::{Add, AddAssign};
+
 use ndarray::ArrayViewMut2;
 
 use super::WrapError;
@@ -7,21 +9,21 @@ use super::lend::{Either, Pool, plane, samples};
 use super::valid::Valid;
 use crate::geom::Dims;
 use crate::source::{AnyPlanes, OrderedPlanes, Planes, PositionedPlanes, SourceError, Volume};
-use crate::volume::{Meta, Note, Sample};
+use crate::volume::{Meta, Note, Sample, StoredType};
 use crate::with_planes;
 
 /// The mean of each block of `n` samples along i, j and k, at the block's centre; a last block that
 /// is short is averaged over what it has and keeps the grid's step. NaN and padding are left out; a
 /// block of nothing else is NaN.
 ///
-/// Sums are made in `f64` of stored values, in one order whatever the threads, and divided once;
-/// the rescale stays, so real values are means of real values. Sums of integers are exact.
+/// Sums are made of stored values, in one order whatever the threads, and divided once; the rescale
+/// stays, so real values are means of real values. Sums of integers are exact, others are `f64`.
 ///
 /// # Errors
 /// [`WrapError::Regrid`] where one of `n` is 0.
 ///
 /// # Cost
-/// One plane of the source and, a thread, one row of blocks by the source's width in `f64`.
+/// A thread, one plane of the source, and one of its width by the rows of blocks for the sums.
 pub fn downsample(volume: Volume<'_>, n: [usize; 3]) -> Result<Volume<'_>, SourceError> {
     if n == [1; 3] {
         return Ok(volume);
@@ -36,13 +38,48 @@ pub fn downsample(volume: Volume<'_>, n: [usize; 3]) -> Result<Volume<'_>, Sourc
 }
 
 fn means<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, n: [usize; 3]) -> Planes<'a, f64> {
-    let dims = meta.grid.dims;
-    let size = dims.to_array();
+    let size = meta.grid.dims.to_array();
     let n = [0, 1, 2].map(|a| n[a].min(size[a]));
+    // 32 bits hold the sum of 2^15 samples of 16 bits, as many as stand in a column of a block.
+    let is_short = n[1].saturating_mul(n[2]) <= 1 << 15;
+    match T::TYPE {
+        StoredType::U8 | StoredType::I8 | StoredType::U16 | StoredType::I16 if is_short => {
+            means_by::<T, i32>(planes, meta, n)
+        }
+        _ => means_by::<T, f64>(planes, meta, n),
+    }
+}
+
+/// What samples are added up in.
+trait Sum: Sample + AddAssign + Add<Output = Self> {
+    fn of<T: Sample>(sample: T) -> Self;
+}
+
+impl Sum for f64 {
+    #[inline(always)]
+    fn of<T: Sample>(sample: T) -> Self {
+        sample.to_f64()
+    }
+}
+
+impl Sum for i32 {
+    /// Of integers, whose places in their order are their values.
+    #[inline(always)]
+    fn of<T: Sample>(sample: T) -> Self {
+        sample.ordinal() as i32
+    }
+}
+
+fn means_by<'a, T: Sample, S: Sum>(
+    planes: Planes<'a, T>,
+    meta: &Meta,
+    n: [usize; 3],
+) -> Planes<'a, f64> {
+    let dims = meta.grid.dims;
     let valid = Valid::new(meta);
     let n_rows = dims.ny().div_ceil(n[1]);
     let n_counts = if valid.all() { 0 } else { n_rows * dims.nx() };
-    let blocks = Blocks {
+    let blocks = Blocks::<T, S> {
         dims,
         n,
         valid,
@@ -58,16 +95,16 @@ fn means<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, n: [usize; 3]) -> Pl
 
 /// The blocks, and buffers: planes of samples, and sums down the columns of blocks, the source's
 /// width by rows of blocks.
-struct Blocks<T> {
+struct Blocks<T, S> {
     dims: Dims,
     n: [usize; 3],
     valid: Valid<T>,
     planes: Pool<T>,
-    sums: Pool<f64>,
+    sums: Pool<S>,
     counts: Pool<f64>,
 }
 
-impl<T: Sample> Blocks<T> {
+impl<T: Sample, S: Sum> Blocks<T, S> {
     /// Makes plane `block` of means from the planes that `read` gives, first to last.
     fn make(
         &self,
@@ -81,7 +118,7 @@ impl<T: Sample> Blocks<T> {
         let mut buffer = self.planes.lend()?;
         let mut sums = self.sums.lend()?;
         let mut counts = self.counts.lend()?;
-        sums.fill(0.0);
+        sums.fill(S::default());
         counts.fill(0.0);
         let planes = block * nk..self.dims.nz().min((block + 1) * nk);
         let n_planes = planes.len();
@@ -97,17 +134,17 @@ impl<T: Sample> Blocks<T> {
                 let twos = if ni == 2 { sums.as_chunks::<2>().0 } else { &[] };
                 let (pairs, rest) = out.split_at_mut(twos.len());
                 for (mean, [a, b]) in pairs.iter_mut().zip(twos) {
-                    *mean = (a + b) / (2 * height) as f64;
+                    *mean = (a.to_f64() + b.to_f64()) / (2 * height) as f64;
                 }
                 for (mean, block) in rest.iter_mut().zip(sums[ni * twos.len()..].chunks(ni)) {
-                    *mean = block.iter().sum::<f64>() / (block.len() * height) as f64;
+                    *mean = total(block) / (block.len() * height) as f64;
                 }
             } else {
                 let counts = counts.chunks_exact(nx).nth(row).unwrap_or_default();
                 for ((mean, block), n) in out.iter_mut().zip(sums.chunks(ni)).zip(counts.chunks(ni))
                 {
                     // 0 / 0 is the NaN that a block of nothing is.
-                    *mean = block.iter().sum::<f64>() / n.iter().sum::<f64>();
+                    *mean = total(block) / total(n);
                 }
             }
         }
@@ -115,7 +152,7 @@ impl<T: Sample> Blocks<T> {
     }
 
     /// Adds a plane's rows to the rows of blocks they are in, at full width.
-    fn add(&self, from: &[T], sums: &mut [f64], counts: &mut [f64]) {
+    fn add(&self, from: &[T], sums: &mut [S], counts: &mut [f64]) {
         let (nx, nj) = (self.dims.nx(), self.n[1]);
         if counts.is_empty() {
             for (rows, sums) in from.chunks(nx * nj).zip(sums.chunks_exact_mut(nx)) {
@@ -124,11 +161,11 @@ impl<T: Sample> Blocks<T> {
                     let (row, next) = pair.split_at(nx);
                     if next.is_empty() {
                         for (&x, sum) in row.iter().zip(sums.iter_mut()) {
-                            *sum += x.to_f64();
+                            *sum += S::of(x);
                         }
                     } else {
                         for ((&x, &y), sum) in row.iter().zip(next).zip(sums.iter_mut()) {
-                            *sum += x.to_f64() + y.to_f64();
+                            *sum += S::of(x) + S::of(y);
                         }
                     }
                 }
@@ -140,7 +177,7 @@ impl<T: Sample> Blocks<T> {
             for row in rows.chunks_exact(nx) {
                 for ((&x, sum), count) in row.iter().zip(sums.iter_mut()).zip(counts.iter_mut()) {
                     let counts = self.valid.holds(x);
-                    *sum += if counts { x.to_f64() } else { 0.0 };
+                    *sum += if counts { S::of(x) } else { S::default() };
                     *count += f64::from(u8::from(counts));
                 }
             }
@@ -148,13 +185,17 @@ impl<T: Sample> Blocks<T> {
     }
 }
 
-struct Ordered<'a, T> {
+fn total<S: Sum>(sums: &[S]) -> f64 {
+    sums.iter().map(|sum| sum.to_f64()).sum()
+}
+
+struct Ordered<'a, T, S> {
     inner: Box<dyn OrderedPlanes<T> + 'a>,
-    blocks: Blocks<T>,
+    blocks: Blocks<T, S>,
     next: usize,
 }
 
-impl<T: Sample> OrderedPlanes<f64> for Ordered<'_, T> {
+impl<T: Sample, S: Sum> OrderedPlanes<f64> for Ordered<'_, T, S> {
     fn next_plane(&mut self, out: ArrayViewMut2<'_, f64>) -> Result<(), SourceError> {
         let block = self.next;
         self.next += 1;
@@ -166,12 +207,12 @@ impl<T: Sample> OrderedPlanes<f64> for Ordered<'_, T> {
     }
 }
 
-struct Positioned<'a, T> {
+struct Positioned<'a, T, S> {
     inner: Box<dyn PositionedPlanes<T> + 'a>,
-    blocks: Blocks<T>,
+    blocks: Blocks<T, S>,
 }
 
-impl<T: Sample> PositionedPlanes<f64> for Positioned<'_, T> {
+impl<T: Sample, S: Sum> PositionedPlanes<f64> for Positioned<'_, T, S> {
     fn read_plane(&self, k: usize, out: ArrayViewMut2<'_, f64>) -> Result<(), SourceError> {
         self.blocks.make(k, out, |k, plane| self.inner.read_plane(k, plane))
     }

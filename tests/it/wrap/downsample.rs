@@ -45,6 +45,24 @@ fn blocks_are_means_short_ones_of_what_they_have() {
 }
 
 #[test]
+fn sums_of_the_largest_numbers_are_exact() {
+    // Down a column, the most samples that 32 bits can add up, and a row more than those.
+    let log = Log::default();
+    for (nk, nj) in [(128, 256), (128, 257)] {
+        for x in [i16::MIN, i16::MAX] {
+            let array = Array3::from_elem((nk, nj, 2), x);
+            let whole = AnyPlanes::I16(planes(&array, Way::Resident, &log));
+            let coarse = downsample(volume::<i16>(dims_of(&array), whole), [2, nj, nk]).unwrap();
+            assert_eq!(read(coarse), Array3::from_elem((1, 1, 1), f64::from(x)));
+        }
+        let array = Array3::from_elem((nk, nj, 2), u16::MAX);
+        let whole = AnyPlanes::U16(planes(&array, Way::Resident, &log));
+        let coarse = downsample(volume::<u16>(dims_of(&array), whole), [1, nj, nk]).unwrap();
+        assert_eq!(read(coarse), Array3::from_elem((1, 1, 2), 65535.0));
+    }
+}
+
+#[test]
 fn nan_and_padding_are_left_out_and_a_block_of_nothing_else_is_nan() {
     let mut array =
         Array3::from_shape_fn((4, 4, 6), |(k, j, i)| (k * 50 + j * 10 + i) as f32 * 0.37 - 20.0);
