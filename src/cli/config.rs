@@ -12,6 +12,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory, Parser};
 use toml::Value;
 
 use super::args::Cli;
+use super::wrong;
 use crate::error::{Error, Failure, Kind};
 use crate::source::SourceError;
 
@@ -58,12 +59,14 @@ impl Failure for ConfigError {
 /// # Errors
 /// A file that cannot be read or used; with whether failures are wanted as JSON.
 pub(crate) fn parse(typed: Vec<OsString>) -> Result<Cli, (Error, bool)> {
-    let matches = Cli::command().get_matches_from(&typed);
+    let matches = Cli::command().try_get_matches_from(&typed).unwrap_or_else(|e| wrong::end(&e));
     let path = match matches.subcommand_name() {
         None => matches.get_one::<PathBuf>("config").cloned(),
         Some(_) => None,
     };
-    let Some(path) = path else { return Ok(Cli::parse_from(&typed)) };
+    let Some(path) = path else {
+        return Ok(Cli::try_parse_from(&typed).unwrap_or_else(|e| wrong::end(&e)));
+    };
     let is_json = matches.get_flag("json");
     let all = match added(&path, &matches) {
         Ok(added) => {
@@ -72,11 +75,8 @@ pub(crate) fn parse(typed: Vec<OsString>) -> Result<Cli, (Error, bool)> {
         }
         Err(error) => return Err((error, is_json)),
     };
-    Cli::try_parse_from(all).map_err(|error| {
-        let text = error.to_string();
-        let line = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-        (Error::at(&path, ConfigError::Value(line.to_owned())), is_json)
-    })
+    Cli::try_parse_from(all)
+        .map_err(|error| (Error::at(&path, ConfigError::Value(wrong::line(&error))), is_json))
 }
 
 /// The file's options that were not typed, as if they had been.

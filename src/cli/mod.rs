@@ -17,6 +17,7 @@ mod steps;
 mod study;
 mod term;
 mod value;
+mod wrong;
 
 use std::process::ExitCode;
 

@@ -68,9 +68,9 @@ impl Tables {
     /// The tables whose triangles are counter-clockwise seen from outside, or, `mirrored`, the
     /// other way round: for maps that turn the space inside out.
     pub fn get(mirrored: bool) -> &'static Self {
-        static TABLES: LazyLock<[Tables; 2]> = LazyLock::new(|| [false, true].map(Tables::new));
-        let [straight, turned] = &*TABLES;
-        if mirrored { turned } else { straight }
+        static STRAIGHT: LazyLock<Tables> = LazyLock::new(|| Tables::new(false));
+        static MIRRORED: LazyLock<Tables> = LazyLock::new(|| Tables::new(true));
+        if mirrored { &MIRRORED } else { &STRAIGHT }
     }
 
     fn new(mirrored: bool) -> Self {

@@ -62,6 +62,10 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a", "--iso", "3", "-o", "x.stl", "--series", "0"], "counts from 1"),
         (vec!["a", "--iso", "3", "--mask", "1", "-o", "x.stl"], "cannot be used with"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--frobnicate"], "unexpected argument"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--inverts"], "hint: is --invert meant?"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--method", "cube"], "values: cubes, tetrahedra]"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--method", "cube"], "hint: is cubes meant?"),
+        (vec!["--iso"], "a value is required"),
         (
             vec!["a", "--iso", "3", "-o", "x.stl", "--crop", "-1:5,0:1,0:1"],
             "\"-1\" is not an index",
@@ -72,6 +76,10 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", stderr(&output));
         assert!(stderr(&output).starts_with("error: "), "{args:?}: {}", stderr(&output));
         assert!(stderr(&output).contains(said), "{args:?}: {}", stderr(&output));
+        let mut below = stderr(&output);
+        below.drain(..=below.find('\n').unwrap());
+        assert!(below.is_empty() || below.starts_with("hint: "), "{args:?}: {below}");
+        assert!(below.lines().count() <= 1, "{args:?}: {below}");
         assert!(output.stdout.is_empty(), "{args:?}");
         assert_eq!(sandbox.files(), ["in.stl"], "{args:?}");
     }

@@ -42,10 +42,9 @@ impl TetraTables {
     /// The tables whose triangles are counter-clockwise seen from outside, or, `mirrored`, the
     /// other way round.
     pub fn get(mirrored: bool) -> &'static Self {
-        static TABLES: LazyLock<[TetraTables; 2]> =
-            LazyLock::new(|| [false, true].map(TetraTables::new));
-        let [straight, turned] = &*TABLES;
-        if mirrored { turned } else { straight }
+        static STRAIGHT: LazyLock<TetraTables> = LazyLock::new(|| TetraTables::new(false));
+        static MIRRORED: LazyLock<TetraTables> = LazyLock::new(|| TetraTables::new(true));
+        if mirrored { &MIRRORED } else { &STRAIGHT }
     }
 
     fn new(mirrored: bool) -> Self {
