@@ -13,9 +13,14 @@ impl Cancel {
         Self::default()
     }
 
-    /// Asks to stop. Safe to call from a signal handler's thread, any number of times.
+    /// Asks to stop. Safe to call any number of times.
     pub fn raise(&self) {
         self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// The flag itself, for handlers of signals.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
     }
 
     /// Whether a stop was asked for.

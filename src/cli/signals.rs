@@ -1,5 +1,10 @@
 //! Ctrl-C and SIGTERM: the run stops between slabs, its temporary files go, exit status 130.
 
+#[cfg(unix)]
+use signal_hook::consts::{SIGHUP, SIGXFSZ};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
 use crate::cancel::Cancel;
 
 /// The flag that the first such signal raises. The second ends the process at once, for a run that
@@ -7,13 +12,17 @@ use crate::cancel::Cancel;
 /// name.
 pub(crate) fn cancel_on_signals() -> Cancel {
     let cancel = Cancel::new();
-    let flag = cancel.clone();
+    #[cfg(unix)]
+    let signals = [SIGINT, SIGTERM, SIGHUP];
+    #[cfg(not(unix))]
+    let signals = [SIGINT, SIGTERM];
     // Where no handler can be set, the system's own stays: the process ends at once.
-    let _ = ctrlc::set_handler(move || {
-        if flag.is_raised() {
-            std::process::exit(130);
-        }
-        flag.raise();
-    });
+    for signal in signals {
+        let _ = flag::register_conditional_shutdown(signal, 130, cancel.flag());
+        let _ = flag::register(signal, cancel.flag());
+    }
+    // A file that grows beyond what the user may write is then an error of the write, not the end.
+    #[cfg(unix)]
+    let _ = flag::register(SIGXFSZ, std::sync::Arc::default());
     cancel
 }

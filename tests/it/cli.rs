@@ -295,6 +295,23 @@ fn help_fits_a_screen_wide_and_completions_and_manual_know_every_option() {
     }
 }
 
+/// The shell's limit counts in blocks of 512 or 1,024 bytes; the mesh has 12 MB.
+#[cfg(unix)]
+#[test]
+fn a_limit_on_the_size_of_files_is_an_error_of_the_write_and_leaves_nothing() {
+    let sandbox = Sandbox::new();
+    let command = format!(
+        "ulimit -f 2000; exec '{}' '{}' --iso 300 -o skull.stl",
+        env!("CARGO_BIN_EXE_mcubes"),
+        volume("ct_head.nii.gz")
+    );
+    let output =
+        Command::new("sh").args(["-c", &command]).current_dir(sandbox.path("")).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).starts_with("error: skull.stl: cannot be written"));
+    assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
+}
+
 /// A run that is stopped half way leaves its folder as it was.
 #[cfg(unix)]
 #[test]
