@@ -1,12 +1,12 @@
 //! Any bytes as a small volume and an iso value: the mesh keeps the promise, however it is cut
-//! into slabs.
+//! into slabs, by either method and with normals.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use mcubes::kernel::{Classify, Side};
 use mcubes::mesh::{Defects, Topology};
-use mcubes::pipeline::{RunOptions, SurfaceOptions};
+use mcubes::pipeline::{Method, RunOptions, SurfaceOptions};
 use ndarray::ArrayView3;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -16,7 +16,9 @@ fuzz_target!(|bytes: &[u8]| {
     let n = nx * ny * nz;
     let side = if how & 1 == 1 { Side::Below } else { Side::AtLeast };
     let iso = f64::from(i16::from_le_bytes([i0, i1]));
-    let surface = SurfaceOptions { side, open: how & 2 == 2, ..SurfaceOptions::at(iso / 8.0) };
+    let method = if how & 16 == 16 { Method::Tetrahedra } else { Method::Cubes };
+    let (open, normals) = (how & 2 == 2, how & 32 == 32);
+    let surface = SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(iso / 8.0) };
     // Short inputs are repeated: small volumes are tried in full, large ones have patterns.
     let bytes = || rest.iter().copied().cycle();
     if rest.is_empty() {
@@ -46,6 +48,11 @@ fn check<T: Classify>(samples: Vec<T>, dims: [usize; 3], surface: &SurfaceOption
     let again = mcubes::mesh(volume, surface, &slabs).expect("small volumes are meshed");
     assert_eq!(mesh.vertices[..], again.vertices[..]);
     assert_eq!(mesh.triangles[..], again.triangles[..]);
+    assert_eq!(mesh.normals.as_deref(), again.normals.as_deref());
+    for normal in mesh.normals.as_deref().unwrap_or_default() {
+        let length = normal.iter().map(|x| x * x).sum::<f32>();
+        assert!((length - 1.0).abs() < 1e-5, "{normal:?}");
+    }
     let found = Topology::of(&mesh.vertices, &mesh.triangles);
     let boundary = if surface.open { found.defects.boundary_edges } else { 0 };
     assert_eq!(found.defects, Defects { boundary_edges: boundary, ..Defects::default() });

@@ -11,7 +11,7 @@ pub enum Cpu {
     Sse2,
     /// 256-bit integers and permutes.
     Avx2,
-    /// 512-bit with BW, VL, VBMI, VBMI2, VPOPCNTDQ and GFNI.
+    /// 512-bit with BW, DQ, VL, VBMI, VBMI2, VPOPCNTDQ and GFNI.
     Avx512,
 }
 
@@ -46,6 +46,7 @@ fn widest() -> Cpu {
     if has!(
         "avx512f",
         "avx512bw",
+        "avx512dq",
         "avx512vl",
         "avx512vbmi",
         "avx512vbmi2",
@@ -68,4 +69,34 @@ fn widest() -> Cpu {
 #[cfg(not(target_arch = "x86_64"))]
 fn widest() -> Cpu {
     Cpu::Scalar
+}
+
+#[cfg(test)]
+mod tests {
+    /// The words in quotes, divided by commas, that follow each `before` up to `after`.
+    fn quoted<'a>(text: &'a str, before: &str, after: &str) -> Vec<&'a str> {
+        let parts = text.split(before).skip(1).filter_map(|part| part.split(after).next());
+        parts.flat_map(|part| part.split(['"', ',', '\n', ' '])).filter(|w| !w.is_empty()).collect()
+    }
+
+    /// A function for a set must not be called where the processor lacks a part of it.
+    #[test]
+    fn all_that_functions_are_compiled_for_is_asked_of_the_processor() {
+        let own = include_str!("cpu.rs");
+        let asked = [quoted(own, "    if has!(", ")"), quoted(own, "else if has!(", ")")];
+        let files = [
+            (include_str!("simd/avx512.rs"), 0),
+            (include_str!("simd/vertices512.rs"), 0),
+            (include_str!("simd/normals512.rs"), 0),
+            (include_str!("simd/samples512.rs"), 0),
+            (include_str!("simd/avx2.rs"), 1),
+        ];
+        for (text, set) in files {
+            let used = quoted(text, "enable = ", ")]");
+            assert!(used.contains(&"avx2"));
+            for feature in used {
+                assert!(asked[set].contains(&feature), "{feature}: {asked:?}");
+            }
+        }
+    }
 }

@@ -31,7 +31,8 @@ impl Gathered {
         self.n + 64 > ROOM
     }
 
-    /// Adds the set bits of a word that is not zero, rising; its first bit stands for `first`.
+    /// Adds the set bits of a word, rising; its first bit stands for `first`. Of a word of zeroes
+    /// places are written, but none is counted.
     #[inline(always)]
     pub(super) fn add(&mut self, word: u64, first: u32, r: u32) {
         let mut rest = word;

@@ -1,6 +1,6 @@
 //! Vertices: one for each grid edge whose ends differ, made once.
 //!
-//! All arithmetic is `f64`, in one order, rounded once.
+//! Positions are `f64` arithmetic in one order, rounded once; of normals `normal` tells.
 
 use super::bits::BitPlane;
 use super::family::Family;

@@ -6,7 +6,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use memmap2::{Advice, MmapMut, MmapOptions};
+use memmap2::{MmapMut, MmapOptions};
 
 /// Linux lets a mapping begin at a huge page only where its length is a multiple of one.
 const HUGE_PAGE: usize = 2 << 20;
@@ -41,7 +41,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
         let map = options.map_anon().ok()?;
         // Where the system has no huge pages, small ones serve.
         #[cfg(target_os = "linux")]
-        let _ = map.advise_range(Advice::HugePage, HUGE_PAGE, bytes - HUGE_PAGE);
+        let _ = map.advise_range(memmap2::Advice::HugePage, HUGE_PAGE, bytes - HUGE_PAGE);
         Some(Self { len, memory: Memory::Map(map) })
     }
 

@@ -203,7 +203,7 @@ impl<'a, T: Sample> Dispenser<'a, T> {
 }
 
 impl<T> Lease<'_, T> {
-    /// The samples, a slice a plane, into a vector that is reused.
+    /// The samples, a slice a plane.
     pub(super) fn planes(&self, plane_len: usize) -> Vec<&[T]> {
         match &self.planes {
             LeasedPlanes::Lent(samples) => samples.chunks_exact(plane_len).collect(),

@@ -3,22 +3,25 @@
 //! For dividing a machine among runs. Nothing here changes a mesh.
 
 use super::RunOptions;
+use super::patches::PATCH_TRIANGLES;
 use super::plan::Plan;
 use crate::geom::Dims;
 
 /// A run's own part: its threads, its buffers for reading and writing, the counts of a survey.
 const BASE_BYTES: u64 = 8 << 20;
 
-/// Patch and encoded bytes of one slab of one surface, in triangles: twice what a patch may hold.
-const PATCH_TRIANGLES: u64 = 256 << 10;
+/// Triangles of one slab of one surface that are held at once: a patch, and as many again that are
+/// encoded.
+const HELD_TRIANGLES: u64 = 2 * PATCH_TRIANGLES;
 
 /// A triangle of a patch: its ids, half a vertex with its normal, and the lines of an OBJ file with
 /// normals, the longest there are.
 const TRIANGLE_BYTES: u64 = 12 + 12 + 96;
 
-/// Bytes that a run takes at most, thought of as all threads at work on slabs of `sample_bytes`
-/// samples whose surfaces fill them: planes, bits and crossings, patches, and `spooled` bytes a
-/// surface that wait in memory for the end of the file.
+/// Bytes that a run takes, thought of as all threads at work on slabs of `sample_bytes` samples whose
+/// surfaces fill them: planes, bits and cases, patches, and `spooled` bytes a surface that wait in
+/// memory for the end of the file. No scan of a body takes more; a single layer of noise can have
+/// more triangles than a patch is meant for.
 pub fn working_bytes(
     dims: Dims,
     sample_bytes: usize,
@@ -32,7 +35,8 @@ pub fn working_bytes(
     let slabs = threads.min(plan.n_slabs()) as u64;
     let planes = plan.layers(0).len() as u64 + 3;
     let samples = slabs.saturating_mul(planes).saturating_mul(plane);
-    // One bit a sample, thrice, and an id a crossing on three axes in two planes.
+    // Three bits a sample, and what is noted of the cells of a layer: cases, active words, and those
+    // that need settling.
     let bits = samples / 8 * 3 + slabs * 6 * 4 * plane;
     let cells = (plane + 1).saturating_mul(plan.layers(0).len() as u64);
     let per_surface = (bits + slabs * patch_bytes(cells)).saturating_add(spooled);
@@ -44,7 +48,7 @@ pub fn working_bytes(
 /// A cell of tetrahedra has twelve triangles at most; of cubes five, but for the few that tunnels
 /// add.
 fn patch_bytes(cells: u64) -> u64 {
-    cells.saturating_mul(12).min(PATCH_TRIANGLES) * TRIANGLE_BYTES
+    cells.saturating_mul(12).min(HELD_TRIANGLES) * TRIANGLE_BYTES
 }
 
 /// Triangles that the surface of a body may have: six for each sample of the volume's three faces,

@@ -13,7 +13,7 @@ use crate::sink::{Encoded, Encoder, Sink};
 
 /// Triangles that a patch may have before it ends early, so that noise cannot swell memory. A patch
 /// has one layer at least.
-const PATCH_TRIANGLES: u64 = 128 << 10;
+pub(super) const PATCH_TRIANGLES: u64 = 128 << 10;
 
 /// Triangles encoded at once.
 const BATCH_TRIANGLES: usize = 128 << 10;

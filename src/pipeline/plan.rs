@@ -33,7 +33,7 @@ impl Plan {
         let least = if threads > 1 { 2 } else { 1 };
         let layers = (target / plane_bytes).clamp(least, 64);
         // Small volumes: still a few slabs for each thread.
-        let layers = layers.min(dims.nz().div_ceil(4 * threads).max(1));
+        let layers = layers.min(dims.nz().div_ceil(threads.saturating_mul(4)).max(1));
         Self { nz: dims.nz(), layers_each: asked.unwrap_or(layers).max(1), halo }
     }
 

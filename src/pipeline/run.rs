@@ -98,6 +98,7 @@ pub(super) fn run<T: Classify, O: Output<T>>(
     let threads = options.threads.max(1);
     let halo = surfaces.iter().map(|(_, output)| output.halo()).max().unwrap_or(0);
     let plan = Plan::new(dims, size_of::<T>(), threads, options.slab_planes, halo);
+    let threads = threads.min(plan.n_slabs());
     let surfaces: Vec<_> = surfaces
         .into_iter()
         .map(|(kernel, output)| {
@@ -115,7 +116,6 @@ pub(super) fn run<T: Classify, O: Output<T>>(
         n_planes: dims.nz(),
     };
     // One worker a thread, all at once: a worker may wait for another's turn.
-    let threads = threads.min(plan.n_slabs());
     let spent = if threads == 1 {
         vec![job.work()]
     } else {
@@ -152,19 +152,24 @@ impl<T: Classify, O: Output<T>> Job<'_, '_, T, O> {
         let mut spent = Spent::default();
         let mut own: Vec<(Scratch, O::Buffers)> =
             self.surfaces.iter().map(|_| Default::default()).collect();
+        let _guard = StopAtPanic(self);
         while !self.stop.is_raised() {
             let (slab, result) = match self.slab(&mut own, &mut spent) {
                 Ok(true) => continue,
                 Ok(false) => break,
                 Err(error) => error,
             };
-            self.stop.raise(slab, result);
-            for surface in self.surfaces {
-                surface.ledger.wake();
-                surface.output.wake();
-            }
+            self.stop(slab, result);
         }
         spent
+    }
+
+    fn stop(&self, slab: usize, error: RunError) {
+        self.stop.raise(slab, error);
+        for surface in self.surfaces {
+            surface.ledger.wake();
+            surface.output.wake();
+        }
     }
 
     /// Takes the next slab through all surfaces; says whether there was one.
@@ -208,6 +213,18 @@ impl<T: Classify, O: Output<T>> Job<'_, '_, T, O> {
             progress.planes(done.min(self.n_planes), self.n_planes);
         }
         Ok(true)
+    }
+}
+
+/// Stops the others where a worker panics, as a caller's formula or progress may: they would wait
+/// for its turn for ever, and the panic go nowhere.
+struct StopAtPanic<'j, 'a, 's, T: Classify, O: Output<T>>(&'j Job<'a, 's, T, O>);
+
+impl<T: Classify, O: Output<T>> Drop for StopAtPanic<'_, '_, '_, T, O> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.stop(usize::MAX, RunError::Internal("a worker panicked"));
+        }
     }
 }
 

@@ -149,7 +149,7 @@ impl<T: Sample> Around<'_, T> {
         let slopes = [0, 1, 2].map(|axis| (1.0 - t) * low[axis] + t * high[axis]);
         let slopes = self.outward_along(edge, slopes, b - a);
         let usual = self.frame.unit(slopes.map(|x| -self.sign * x));
-        usual.unwrap_or_else(|| self.direction(edge.map(|x| x * self.outward([a, b]))))
+        usual.unwrap_or_else(|| self.frame.direction(edge.map(|x| x * self.outward([a, b]))))
     }
 
     fn at(&self, [i, j, plane]: [usize; 3]) -> f64 {
@@ -206,11 +206,6 @@ impl<T: Sample> Around<'_, T> {
             let is_rising = b > a;
             if is_rising { -self.sign } else { self.sign }
         }
-    }
-
-    /// The unit vector that stands for this direction along the grid's axes.
-    pub(in crate::kernel) fn direction(&self, outward: Vec3) -> Normal {
-        self.frame.unit(outward).unwrap_or(super::UPWARD)
     }
 }
 

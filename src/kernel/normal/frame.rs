@@ -32,6 +32,11 @@ impl Frame {
         [along(0), along(1), along(2)]
     }
 
+    /// The unit vector that stands for this direction along the grid's axes.
+    pub(super) fn direction(&self, outward: Vec3) -> Normal {
+        self.unit(outward).unwrap_or(UPWARD)
+    }
+
     /// The unit vector in that direction, whatever the size of the slopes; nothing where they are
     /// all zero or one is not finite.
     pub(super) fn unit(&self, slopes: Vec3) -> Option<Normal> {
@@ -45,6 +50,9 @@ impl Frame {
         Some(n.map(|x| (x / length) as f32 + 0.0))
     }
 }
+
+/// What stands for a direction where there is none, which no volume has.
+const UPWARD: Normal = [0.0, 0.0, 1.0];
 
 /// By one factor, so that the largest number is 1 or -1.
 fn scaled_to_one(vectors: [Vec3; 3]) -> [Vec3; 3] {

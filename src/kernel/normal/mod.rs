@@ -46,7 +46,7 @@ pub(super) struct Surroundings<'a, T> {
 impl<T: Sample> Surroundings<'_, T> {
     /// The unit vector that stands for a cap's outward direction along the grid's axes.
     pub(super) fn cap(&self, outward: Vec3) -> Normal {
-        self.frame.unit(outward).unwrap_or(UPWARD)
+        self.frame.direction(outward)
     }
 
     /// The planes that are looked at besides those whose edges have the vertices.
@@ -84,7 +84,7 @@ impl<T: Classify> Kernel<T> {
                 _ => None,
             },
             plane: ends[1].map(|samples| self.around(slab, s, [samples; 2], false)),
-            z_cap: frame.unit([0.0, 0.0, outward]).unwrap_or(UPWARD),
+            z_cap: frame.direction([0.0, 0.0, outward]),
             frame,
         }
     }
@@ -116,9 +116,8 @@ impl<T: Classify> Kernel<T> {
             squares: inverse_squares([self.placing.step_i, self.placing.step_j, step]),
         };
         let planes = [before, a, at(k + 1), at(k + if between { 2 } else { 1 })];
-        let caps = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|after: Vec3| {
-            [after.map(|x| -x), after].map(|outward| frame.unit(outward).unwrap_or(UPWARD))
-        });
+        let caps = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+            .map(|after: Vec3| [after.map(|x| -x), after].map(|outward| frame.direction(outward)));
         Around { planes, dims: self.placing.dims, sign: self.sign, frame, caps, making }
     }
 
@@ -151,8 +150,7 @@ impl<T: Classify> Kernel<T> {
                     let inward = gradient(&values, surface.extra[n]);
                     let usual = frame.unit(inward.map(|x| -x));
                     let normal = usual
-                        .or_else(|| frame.unit(self.facing(&surface, n, &corners)))
-                        .unwrap_or(UPWARD);
+                        .unwrap_or_else(|| frame.direction(self.facing(&surface, n, &corners)));
                     if let Some(slot) = out.next() {
                         *slot = normal;
                     }
@@ -196,6 +194,3 @@ fn inverse_squares(steps: [Vec3; 3]) -> [f32; 3] {
     let least = lengths.iter().fold(f64::INFINITY, |least, &length| least.min(length));
     lengths.map(|length| ((least / length) * (least / length)) as f32)
 }
-
-/// What stands for a direction where there is none, which no volume has.
-const UPWARD: Normal = [0.0, 0.0, 1.0];

@@ -51,18 +51,18 @@ fn means<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, n: [usize; 3]) -> Pl
 }
 
 /// What samples are added up in.
-trait Sum: Sample + AddAssign + Add<Output = Self> {
+trait Total: Sample + AddAssign + Add<Output = Self> {
     fn of<T: Sample>(sample: T) -> Self;
 }
 
-impl Sum for f64 {
+impl Total for f64 {
     #[inline(always)]
     fn of<T: Sample>(sample: T) -> Self {
         sample.to_f64()
     }
 }
 
-impl Sum for i32 {
+impl Total for i32 {
     /// Of integers, whose places in their order are their values.
     #[inline(always)]
     fn of<T: Sample>(sample: T) -> Self {
@@ -70,7 +70,7 @@ impl Sum for i32 {
     }
 }
 
-fn means_by<'a, T: Sample, S: Sum>(
+fn means_by<'a, T: Sample, S: Total>(
     planes: Planes<'a, T>,
     meta: &Meta,
     n: [usize; 3],
@@ -104,7 +104,7 @@ struct Blocks<T, S> {
     counts: Pool<f64>,
 }
 
-impl<T: Sample, S: Sum> Blocks<T, S> {
+impl<T: Sample, S: Total> Blocks<T, S> {
     /// Makes plane `block` of means from the planes that `read` gives, first to last.
     fn make(
         &self,
@@ -176,16 +176,16 @@ impl<T: Sample, S: Sum> Blocks<T, S> {
         for (rows, (sums, counts)) in from.chunks(nx * nj).zip(targets) {
             for row in rows.chunks_exact(nx) {
                 for ((&x, sum), count) in row.iter().zip(sums.iter_mut()).zip(counts.iter_mut()) {
-                    let counts = self.valid.holds(x);
-                    *sum += if counts { S::of(x) } else { S::default() };
-                    *count += f64::from(u8::from(counts));
+                    let is_valid = self.valid.holds(x);
+                    *sum += if is_valid { S::of(x) } else { S::default() };
+                    *count += f64::from(u8::from(is_valid));
                 }
             }
         }
     }
 }
 
-fn total<S: Sum>(sums: &[S]) -> f64 {
+fn total<S: Total>(sums: &[S]) -> f64 {
     sums.iter().map(|sum| sum.to_f64()).sum()
 }
 
@@ -195,7 +195,7 @@ struct Ordered<'a, T, S> {
     next: usize,
 }
 
-impl<T: Sample, S: Sum> OrderedPlanes<f64> for Ordered<'_, T, S> {
+impl<T: Sample, S: Total> OrderedPlanes<f64> for Ordered<'_, T, S> {
     fn next_plane(&mut self, out: ArrayViewMut2<'_, f64>) -> Result<(), SourceError> {
         let block = self.next;
         self.next += 1;
@@ -212,7 +212,7 @@ struct Positioned<'a, T, S> {
     blocks: Blocks<T, S>,
 }
 
-impl<T: Sample, S: Sum> PositionedPlanes<f64> for Positioned<'_, T, S> {
+impl<T: Sample, S: Total> PositionedPlanes<f64> for Positioned<'_, T, S> {
     fn read_plane(&self, k: usize, out: ArrayViewMut2<'_, f64>) -> Result<(), SourceError> {
         self.blocks.make(k, out, |k, plane| self.inner.read_plane(k, plane))
     }

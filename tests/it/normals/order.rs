@@ -93,6 +93,21 @@ proptest! {
     }
 }
 
+/// More edges of each family in a layer than are gathered at once, and more than one row of words.
+#[test]
+fn dense_planes_of_every_type_give_the_same_bytes_by_all_instructions() {
+    let mut random = Random::new(5);
+    let v = Array3::from_shape_fn((4, 71, 130), |_| random.below(1 << 32) as u32);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as u8), 127.5);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i8), 0.5);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as u16), 32_768.0);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i16), -0.5);
+    is_the_same_by_all_instructions(&v, 2_147_483_648.0);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i32), 0.0);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i32 as f32), 0.5);
+    is_the_same_by_all_instructions(&v.mapv(|x| f64::from(x as i32)), 0.5);
+}
+
 #[test]
 fn without_them_the_mesh_is_the_same() {
     let v = Array3::from_shape_fn((9, 10, 70), |(z, y, x)| ((x * 7 + y * 13 + z * 29) % 17) as u8);
