@@ -78,7 +78,9 @@ fn check(v: &Array3<f64>, (vertices, normals): &Found, inside: impl Fn(f64) -> b
         assert!(dot(normal.map(f64::from), outward) > -0.25, "{normal:?} at {p:?}");
         let mut expected = defined(v, low, axis, 0.0);
         if below {
-            expected.iter_mut().for_each(|(d, _)| *d = d.map(|x| -x));
+            for (d, _) in &mut expected {
+                *d = d.map(|x| -x);
+            }
         }
         if expected.is_empty() {
             expected.push((outward, 1e-6));
