@@ -63,7 +63,7 @@ impl Steps {
     ) -> Result<Volume<'a>, SourceError> {
         let part = self.part(volume)?;
         let marked = match mask {
-            Some(values) => source::mask(part, values),
+            Some(values) => source::mask(part, values)?,
             None => part,
         };
         source::downsample(source::blur(marked, self.sigma_mm)?, self.block)

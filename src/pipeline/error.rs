@@ -53,12 +53,24 @@ pub enum RunError {
         /// The most there can be.
         limit: u64,
     },
+    /// A grid that is not the array's.
+    #[error("the array is of {} samples, the grid of {}", by(*.found), by(*.expected))]
+    Grid {
+        /// The array's dimensions.
+        found: [usize; 3],
+        /// The grid's.
+        expected: [usize; 3],
+    },
     /// The run was asked to stop.
     #[error("interrupted")]
     Interrupted,
     /// A mistake of the program itself.
     #[error("internal error: {0}")]
     Internal(&'static str),
+}
+
+fn by([nx, ny, nz]: [usize; 3]) -> String {
+    format!("{nx} x {ny} x {nz}")
 }
 
 fn mebibytes(bytes: u64) -> String {
@@ -96,6 +108,7 @@ impl Failure for RunError {
             }
             Self::TooLarge { .. } => Kind::TooLarge,
             Self::TooMany { .. } => Kind::TooManyTriangles,
+            Self::Grid { .. } => Kind::BadDims,
             Self::Interrupted => Kind::Interrupted,
             Self::Internal(_) => Kind::Internal,
         }
@@ -106,9 +119,10 @@ impl Failure for RunError {
             Self::Source(e) => e.hint(),
             Self::Sink(e) => e.hint(),
             Self::Place(_) => Some("--space voxel writes voxel indices instead".to_owned()),
-            Self::TooLarge { .. } => {
-                Some("--max-memory raises the limit, --threads 1 needs less".to_owned())
-            }
+            Self::TooLarge { .. } => Some(
+                "--max-memory raises the limit; fewer --threads need less, and so does --crop"
+                    .to_owned(),
+            ),
             Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
             Self::NoLabel => {
                 Some("--mask goes by stored values; mcubes info FILE shows their range".to_owned())

@@ -57,7 +57,7 @@ pub fn mesh<T: Classify>(
 /// [`mesh`], placed: `grid` gives the volume's dimensions and millimetres, `space` the output's.
 ///
 /// # Errors
-/// As [`mesh`]; and where `f32` coordinates are too coarse for the place.
+/// As [`mesh`]; a grid of other dimensions; and where `f32` coordinates are too coarse for the place.
 pub fn mesh_placed<T: Classify>(
     volume: ArrayView3<'_, T>,
     grid: &Grid,
@@ -67,7 +67,8 @@ pub fn mesh_placed<T: Classify>(
 ) -> Result<Surface, Error> {
     let dims = dims_of(&volume)?;
     if dims != grid.dims {
-        return Err(Error::new(RunError::Internal("the grid is not that of the volume")));
+        let (found, expected) = (dims.to_array(), grid.dims.to_array());
+        return Err(Error::new(RunError::Grid { found, expected }));
     }
     let place = Place::new(grid, space).map_err(|e| Error::new(RunError::from(e)))?;
     let kernel = Kernel::new(dims, &place, Rescale::IDENTITY, surface.rule(), cpu());

@@ -3,6 +3,9 @@
 use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::source::{SourceError, buffer};
+use crate::volume::Sample;
+
 /// Buffers that are not in use. The last one given back is the first one lent again: it is still
 /// in the cache.
 #[derive(Debug)]
@@ -18,18 +21,24 @@ pub(super) struct PlaneBuffer<T> {
     pool: Arc<Pool<T>>,
 }
 
-impl<T: Copy + Default> Pool<T> {
+impl<T: Sample> Pool<T> {
     pub(super) fn new(plane_len: usize) -> Arc<Self> {
         Arc::new(Self { plane_len, idle: Mutex::default() })
     }
 
     /// A buffer of one plane, filled by `fill`; what it held before is garbage.
-    pub(super) fn lend<E>(
+    ///
+    /// # Errors
+    /// Those of `fill`, and too little memory.
+    pub(super) fn lend<E: From<SourceError>>(
         self: &Arc<Self>,
         fill: impl FnOnce(&mut [T]) -> Result<(), E>,
     ) -> Result<Arc<PlaneBuffer<T>>, E> {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let mut samples = idle.unwrap_or_else(|| vec![T::default(); self.plane_len]);
+        let mut samples = match idle {
+            Some(samples) => samples,
+            None => buffer(self.plane_len)?,
+        };
         fill(&mut samples)?;
         Ok(Arc::new(PlaneBuffer { samples, pool: Arc::clone(self) }))
     }

@@ -4,6 +4,7 @@
 //! It never holds the volume. Decompression, DICOM decoding and byte swapping happen here; later
 //! steps (crop, blur, a formula) wrap a source and are sources themselves.
 
+mod buffer;
 pub mod dicom;
 mod error;
 mod file;
@@ -17,6 +18,7 @@ mod stream;
 mod survey;
 mod wrap;
 
+pub(crate) use buffer::buffer;
 pub use error::SourceError;
 pub(crate) use error::grouped;
 pub use nifti::NiftiError;

@@ -28,7 +28,7 @@ fn of<T: Sample>(meta: &Meta, planes: Planes<'_, T>) -> Result<Survey, SourceErr
         }
         return Ok(Survey::new(meta, tally, Vec::new()));
     }
-    let mut plane = plane_buffer::<T>(nx * ny)?;
+    let mut plane = super::buffer::<T>(nx * ny)?;
     let mut notes: Vec<Note> = Vec::new();
     let mut lend = |fill: &mut dyn FnMut(ArrayViewMut2<'_, T>) -> Result<(), SourceError>| {
         let view = ArrayViewMut2::from_shape((ny, nx), &mut plane[..]);
@@ -51,13 +51,4 @@ fn of<T: Sample>(meta: &Meta, planes: Planes<'_, T>) -> Result<Survey, SourceErr
         Planes::Resident(_) => {}
     }
     Ok(Survey::new(meta, tally, notes))
-}
-
-/// Room for one plane, refused rather than aborted where there is too little memory.
-fn plane_buffer<T: Sample>(len: usize) -> Result<Vec<T>, SourceError> {
-    let mut plane = Vec::new();
-    let bytes = len as u64 * size_of::<T>() as u64;
-    plane.try_reserve_exact(len).map_err(|_| SourceError::Memory { bytes })?;
-    plane.resize(len, T::default());
-    Ok(plane)
 }

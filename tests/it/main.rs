@@ -29,6 +29,7 @@ mod phantom;
 mod raw;
 mod read_back;
 mod readers;
+mod signals;
 mod steps;
 mod surface;
 mod survey;

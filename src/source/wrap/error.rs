@@ -2,6 +2,7 @@
 
 use crate::error::Kind;
 use crate::geom::RegridError;
+use crate::volume::StoredType;
 
 /// A step's failure, before any sample is read.
 #[derive(Debug, thiserror::Error)]
@@ -26,12 +27,12 @@ pub enum WrapError {
         /// The limit.
         limit: u64,
     },
+    /// Labels where only real values are to be had.
+    #[error("the rescale changes from slice to slice: no sample has its stored value ({0})")]
+    NotStored(StoredType),
     /// A formula's affine that is not finite or not invertible.
     #[error("the affine is not finite or cannot be inverted")]
     Affine,
-    /// A plane for which there is no memory.
-    #[error("{0} bytes needed for one plane are not to be had")]
-    Memory(u64),
 }
 
 impl WrapError {
@@ -41,8 +42,8 @@ impl WrapError {
             Self::Regrid(RegridError::NotInvertible) | Self::Affine => Kind::BadAffine,
             Self::Regrid(_) => Kind::BadDims,
             Self::Sigma(_) => Kind::BadConfig,
-            Self::UnevenBlur => Kind::UnfitSeries,
-            Self::Window { .. } | Self::Memory(_) => Kind::TooLarge,
+            Self::UnevenBlur | Self::NotStored(_) => Kind::UnfitSeries,
+            Self::Window { .. } => Kind::TooLarge,
         }
     }
 
@@ -51,6 +52,9 @@ impl WrapError {
         match self {
             Self::Regrid(RegridError::Outside { .. }) => {
                 Some("ranges count samples from 0, the end not included".to_owned())
+            }
+            Self::NotStored(_) => {
+                Some("--iso goes by real values; --mask by stored ones".to_owned())
             }
             Self::Window { .. } => Some("a smaller sigma, or --crop, needs fewer".to_owned()),
             _ => None,

@@ -4,11 +4,10 @@
 //! Each sum of weighted samples goes with the sum of the weights, of samples that exist and count,
 //! and is divided by it once at the end: borders and holes are renormalised.
 
-use super::WrapError;
-use super::lend::{Pool, buffer};
+use super::lend::Pool;
 use super::valid::Valid;
 use crate::geom::Dims;
-use crate::source::SourceError;
+use crate::source::{SourceError, buffer};
 use crate::volume::Sample;
 
 /// Weights of one axis, and for each index the sum of those that lie within the axis.
@@ -21,7 +20,7 @@ struct Axis {
 impl Axis {
     /// `sigma` in samples, cut off as scipy's `gaussian_filter` does: at `int(4 sigma + 0.5)`
     /// samples, and at the axis's length, beyond which there is nothing to weigh.
-    fn new(sigma: f64, n: usize) -> Result<Self, WrapError> {
+    fn new(sigma: f64, n: usize) -> Result<Self, SourceError> {
         let radius = ((4.0 * sigma + 0.5) as usize).min(n - 1);
         let weight =
             |d: usize| if d == 0 { 1.0 } else { (-0.5 * (d as f64 / sigma).powi(2)).exp() };
@@ -70,7 +69,7 @@ pub(super) struct Gaussian {
 
 impl Gaussian {
     /// `sigma` in samples along i, j, k.
-    pub(super) fn new(dims: Dims, sigma: [f64; 3]) -> Result<Self, WrapError> {
+    pub(super) fn new(dims: Dims, sigma: [f64; 3]) -> Result<Self, SourceError> {
         let [nx, ny, nz] = dims.to_array();
         let axes = [Axis::new(sigma[0], nx)?, Axis::new(sigma[1], ny)?, Axis::new(sigma[2], nz)?];
         let scratch = Pool::new(dims.plane_len());

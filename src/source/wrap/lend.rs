@@ -6,10 +6,9 @@ use std::sync::{Mutex, PoisonError};
 
 use ndarray::{ArrayView3, ArrayViewMut2, Axis};
 
-use super::WrapError;
 use crate::error::Kind;
 use crate::geom::Dims;
-use crate::source::{OrderedPlanes, Planes, PositionedPlanes, SourceError};
+use crate::source::{OrderedPlanes, Planes, PositionedPlanes, SourceError, buffer};
 use crate::volume::{Note, Sample};
 
 /// A mistake of the program itself.
@@ -56,15 +55,6 @@ impl<T: Sample> Pool<T> {
         };
         Ok(Lent { pool: self, buffer })
     }
-}
-
-/// `len` samples of the type's default, or an error where there is no memory for them.
-pub(super) fn buffer<T: Sample>(len: usize) -> Result<Vec<T>, WrapError> {
-    let mut buffer = Vec::new();
-    let bytes = (len as u64).saturating_mul(size_of::<T>() as u64);
-    buffer.try_reserve_exact(len).map_err(|_| WrapError::Memory(bytes))?;
-    buffer.resize(len, T::default());
-    Ok(buffer)
 }
 
 /// A buffer on loan.

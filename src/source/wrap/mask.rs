@@ -1,22 +1,30 @@
 //! Label maps: samples that are in or out, by the stored values that are named.
 
+use super::WrapError;
 use super::lend::{Either, Pool, map_planes, plane};
 use super::valid::Valid;
 use crate::cancel::Cancel;
 use crate::geom::Dims;
 use crate::source::{AnyPlanes, Planes, SourceError, Volume};
-use crate::volume::{Meta, Rescale, Sample};
+use crate::volume::{Meta, Rescale, Sample, StoredType};
 use crate::with_planes;
 
 /// 1 where the stored value is one of `values`, 0 elsewhere, to be meshed at 0.5: every vertex is
 /// then the middle of its edge. Padding is 0 whatever its value; a value that the samples' type
 /// cannot have is never met.
-pub fn mask<'a>(volume: Volume<'a>, values: &[f64]) -> Volume<'a> {
+///
+/// # Errors
+/// [`WrapError::NotStored`] where a rescale that changes from plane to plane leaves real values alone.
+pub fn mask<'a>(volume: Volume<'a>, values: &[f64]) -> Result<Volume<'a>, SourceError> {
     let Volume { mut meta, planes } = volume;
+    let are_wide = matches!(planes, AnyPlanes::F32(_) | AnyPlanes::F64(_));
+    if are_wide && meta.stored.size() < 8 && meta.stored != StoredType::F32 {
+        return Err(WrapError::NotStored(meta.stored).into());
+    }
     let planes = with_planes!(planes, inner => AnyPlanes::U8(marked(inner, &meta, values)));
     meta.rescale = Rescale::IDENTITY;
     (meta.padding, meta.uneven_padding) = (None, None);
-    Volume { meta, planes }
+    Ok(Volume { meta, planes })
 }
 
 fn marked<'a, T: Sample>(planes: Planes<'a, T>, meta: &Meta, values: &[f64]) -> Planes<'a, u8> {

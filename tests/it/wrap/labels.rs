@@ -1,6 +1,7 @@
 //! `mask`, `two_values`, and padding.
 
 use mcubes::cancel::Cancel;
+use mcubes::error::{Failure, Kind};
 use mcubes::source::{AnyPlanes, crop, is_active, mask, pad_out, two_values};
 use mcubes::volume::{Padding, Rescale};
 use ndarray::{Array3, s};
@@ -20,7 +21,7 @@ fn a_mask_is_1_where_the_stored_value_is_one_of_the_list() {
         for list in [vec![-2.0, 5.0, 0.5, 1e9, f64::NAN], vec![-2.0, -1.0, 0.0, 4.0, 5.0, 5.0]] {
             let log = Log::default();
             let whole = volume::<i16>(dims_of(&array), AnyPlanes::I16(planes(&array, which, &log)));
-            let marked = mask(whole, &list);
+            let marked = mask(whole, &list).unwrap();
             assert!(matches!(marked.planes, AnyPlanes::U8(_)));
             let expected = array.mapv(|x| f64::from(u8::from(list.contains(&f64::from(x)))));
             assert!(same(&read(marked), &expected), "{which:?} {list:?}");
@@ -36,7 +37,7 @@ fn a_mask_goes_by_stored_values_and_leaves_padding_out() {
     let mut whole = volume::<f32>(dims_of(&array), whole);
     whole.meta.rescale = Rescale::new(10.0, 3.0).unwrap();
     whole.meta.padding = Some(Padding { low: -10.0, high: -8.5 });
-    let marked = mask(whole, &[-0.0, 1.5, -9.0, f64::NAN]);
+    let marked = mask(whole, &[-0.0, 1.5, -9.0, f64::NAN]).unwrap();
     assert_eq!((marked.meta.rescale, marked.meta.padding), (Rescale::IDENTITY, None));
     assert_eq!(read(marked).into_raw_vec_and_offset().0, [1.0, 0.0, 1.0, 0.0]);
 }
@@ -111,8 +112,21 @@ fn steps_compose() {
         let log = Log::default();
         let mut whole = volume::<i16>(dims_of(&array), AnyPlanes::I16(planes(&array, which, &log)));
         whole.meta.padding = Some(Padding { low: 3.0, high: 3.0 });
-        let marked = crop(mask(whole, &[3.0, 4.0]), &[1..5, 0..2, 1..3]).unwrap();
+        let marked = crop(mask(whole, &[3.0, 4.0]).unwrap(), &[1..5, 0..2, 1..3]).unwrap();
         let expected = array.mapv(|x| f64::from(u8::from(x == 4)));
         assert!(same(&read(marked), &expected.slice(s![1..3, 0..2, 1..5]).to_owned()));
     }
+}
+
+/// As a DICOM series is whose slope changes from slice to slice.
+#[test]
+fn labels_are_refused_where_only_real_values_are_to_be_had() {
+    let array = Array3::<f64>::zeros((3, 2, 2));
+    let log = Log::default();
+    let whole = AnyPlanes::F64(planes(&array, Way::Resident, &log));
+    let whole = volume::<i16>(dims_of(&array), whole);
+    let refused = mask(whole, &[3.0]).err().unwrap();
+    assert_eq!(refused.kind(), Kind::UnfitSeries);
+    let whole = AnyPlanes::F64(planes(&array, Way::Resident, &log));
+    assert!(mask(volume::<f64>(dims_of(&array), whole), &[3.0]).is_ok());
 }
