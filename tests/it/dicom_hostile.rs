@@ -151,6 +151,15 @@ fn flipped_bytes_never_panic_nor_take_much_memory() {
 }
 
 #[test]
+fn an_empty_archive_holds_no_image() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("empty.zip");
+    zip::ZipWriter::new(std::fs::File::create(&path).unwrap()).finish().unwrap();
+    let error = read(&path).unwrap_err();
+    assert!(error.to_string().ends_with("no DICOM image among 0 files"), "{error}");
+}
+
+#[test]
 fn what_fuzzing_found_is_one_error_that_says_what_is_wrong() {
     // A parser that took 32 whole values and went on read a length of 3.8 GB in the 65th byte.
     let path = repository("fuzz/regressions/dicom/columns-of-65-bytes");

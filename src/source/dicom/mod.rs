@@ -43,6 +43,11 @@ pub use set_aside::{SetAside, What};
 pub use study::{OpenOptions, Selector, Study};
 pub use tree::{Tree, scan_tree};
 
+/// Whether the first bytes of a file are those of a zip archive, be it an empty one.
+pub(super) fn is_zip(head: &[u8]) -> bool {
+    head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06")
+}
+
 /// How many bytes of a file [`is_dicom`] wants to see.
 pub const HEAD_BYTES: usize = 132;
 
