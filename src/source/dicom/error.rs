@@ -109,6 +109,14 @@ pub enum FileFault {
         /// Frames announced.
         frames: u64,
     },
+    /// Compressed pixels beyond what any image of their size needs.
+    #[error(
+        "the compressed pixels need more than {limit} bytes, too many for images of their size"
+    )]
+    PixelsTooLong {
+        /// Bytes that are read.
+        limit: u64,
+    },
     /// A frame that is not among the fragments.
     #[error("frame {frame} is not in the pixel data ({fragments} fragments for {frames} frames)")]
     NoFrame {
@@ -188,6 +196,7 @@ impl Failure for FileFault {
             Self::JpegLs { error, .. } => error.kind(),
             Self::HeaderTooLarge { .. }
             | Self::TooManyFrames { .. }
+            | Self::PixelsTooLong { .. }
             | Self::Dims(crate::geom::DimsError::PlaneTooLarge(..)) => Kind::TooLarge,
             Self::Dims(_) => Kind::BadDims,
         }
