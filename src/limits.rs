@@ -14,8 +14,8 @@ pub const MAX_HEADER_BYTES: u64 = 256 << 20;
 /// thousand frames. Their number is a claim that costs a file a few bytes.
 pub const MAX_FRAMES_BYTES: u64 = 256 << 20;
 
-/// Vertex ids are `u32` in every format written, and PLY readers take them as signed: a mesh has
-/// fewer vertices than this.
+/// Vertex ids are `u32` in every format written, and PLY readers take them as signed: a mesh has at
+/// most as many vertices as this.
 pub const MAX_VERTICES: u64 = i32::MAX as u64;
 
 /// Binary STL counts its triangles in a `u32`; the other formats are held to the same number.

@@ -2,7 +2,8 @@
 //!
 //! [`scan`] reads headers only, through a guard that believes no length; images are grouped into
 //! [`Candidate`] volumes and put in geometric order; [`Study::open`] gives planes that are decoded
-//! when they are asked for. Nothing that tells who the patient is is ever read into memory.
+//! when they are asked for. Nothing that tells who the patient is is read into memory, save the one
+//! field that a caller asks for by [`Study::patient`] to name a file with.
 
 mod blob;
 mod candidate;
