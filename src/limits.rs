@@ -10,8 +10,12 @@ pub const MAX_PLANE_SAMPLES: u64 = 1 << 30;
 /// The largest header block or metadata element read into memory, in bytes.
 pub const MAX_HEADER_BYTES: u64 = 256 << 20;
 
-/// Vertex ids are `u32` in every format written, and PLY readers take them as signed: a mesh has
-/// fewer vertices than this.
+/// The most memory that listing the frames of one DICOM file takes, in bytes: some hundred
+/// thousand frames. Their number is a claim that costs a file a few bytes.
+pub const MAX_FRAMES_BYTES: u64 = 256 << 20;
+
+/// Vertex ids are `u32` in every format written, and PLY readers take them as signed: a mesh has at
+/// most as many vertices as this.
 pub const MAX_VERTICES: u64 = i32::MAX as u64;
 
 /// Binary STL counts its triangles in a `u32`; the other formats are held to the same number.

@@ -64,7 +64,7 @@ impl IntoPlanes for FilePlanes {
 
 /// A file read at positions that each call names, without moving a shared cursor where the system
 /// can do that.
-struct FileAt {
+pub(super) struct FileAt {
     #[cfg(any(unix, windows))]
     file: File,
     #[cfg(not(any(unix, windows)))]
@@ -72,14 +72,14 @@ struct FileAt {
 }
 
 impl FileAt {
-    fn new(file: File) -> Self {
+    pub(super) fn new(file: File) -> Self {
         #[cfg(not(any(unix, windows)))]
         let file = std::sync::Mutex::new(file);
         Self { file }
     }
 
     /// Fills `out` from byte `start`; how many bytes there were, fewer only at the file's end.
-    fn fill(&self, out: &mut [u8], start: u64) -> io::Result<usize> {
+    pub(super) fn fill(&self, out: &mut [u8], start: u64) -> io::Result<usize> {
         let mut done = 0;
         while let Some(rest) = out.get_mut(done..).filter(|rest| !rest.is_empty()) {
             match self.read_at(rest, start + done as u64) {
@@ -92,18 +92,19 @@ impl FileAt {
         Ok(done)
     }
 
+    /// Fills what one call gives of `out` from byte `at`.
     #[cfg(unix)]
-    fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
+    pub(super) fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
         std::os::unix::fs::FileExt::read_at(&self.file, out, at)
     }
 
     #[cfg(windows)]
-    fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
+    pub(super) fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
         std::os::windows::fs::FileExt::seek_read(&self.file, out, at)
     }
 
     #[cfg(not(any(unix, windows)))]
-    fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
+    pub(super) fn read_at(&self, out: &mut [u8], at: u64) -> io::Result<usize> {
         use std::io::{Read, Seek, SeekFrom};
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         file.seek(SeekFrom::Start(at))?;

@@ -101,7 +101,7 @@ fn content_of(head: &[u8]) -> Content {
     if nifti::recognise(head) {
         return Content::Nifti;
     }
-    if head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06") {
+    if super::dicom::is_zip(head) {
         return Content::Zip;
     }
     let foreign: [(&[u8], &str); 12] = [

@@ -308,7 +308,7 @@ fn an_existing_output_is_replaced_only_by_a_whole_mesh() {
 
 #[test]
 fn padding_that_would_be_inside_is_no_surface() {
-    let Some(folder) = super::support::shared("dicom/synth/padding-high") else { return };
+    let folder = super::support::repository("testdata/dicom/padding-high");
     let sandbox = Sandbox::new();
     let folder = folder.display().to_string();
     let report = object(&sandbox.run(&[&folder, "--iso", "300", "--json", "-o", "x.stl"]));

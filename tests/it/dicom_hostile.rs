@@ -15,8 +15,9 @@ use mcubes::source::dicom::{self, OpenOptions, ScanOptions};
 use tempfile::TempDir;
 
 use crate::dicom::values;
-use crate::support::dicom::{Elements, Series, file};
-use crate::support::{repository, shared};
+use crate::support::dicom::{EXPLICIT, Elements, Series, file};
+use crate::support::memory::{assert_peak_below, is_alone};
+use crate::support::repository;
 
 /// Scans, opens and reads all; the notes if that goes well.
 fn read(path: &Path) -> Result<Vec<String>, Error> {
@@ -47,7 +48,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn a_damaged_slice_within_a_series_is_named() {
-    let Some(folder) = shared("dicom/malformed") else { return };
+    let folder = repository("testdata/dicom-bad");
     for bad in files(&folder) {
         let copy = TempDir::new().unwrap();
         for good in files(&folder.join("good-series")) {
@@ -75,7 +76,7 @@ fn a_damaged_slice_within_a_series_is_named() {
 
 #[test]
 fn every_refusal_is_one_line_in_lower_case() {
-    let Some(folder) = shared("dicom/malformed") else { return };
+    let folder = repository("testdata/dicom-bad");
     for entry in std::fs::read_dir(&folder).unwrap() {
         let path = entry.unwrap().path();
         let Err(error) = read(&path) else { continue };
@@ -115,6 +116,9 @@ impl Dice {
 
 #[test]
 fn flipped_bytes_never_panic_nor_take_much_memory() {
+    if !is_alone("dicom_hostile::flipped_bytes_never_panic_nor_take_much_memory") {
+        return;
+    }
     let folder = TempDir::new().unwrap();
     let mut dice = Dice(20);
     let own = Series::axial(4);
@@ -148,6 +152,31 @@ fn flipped_bytes_never_panic_nor_take_much_memory() {
             let _ = read(&series);
         }
     }
+    assert_peak_below(512);
+}
+
+#[test]
+fn sequences_within_sequences_without_end_are_refused() {
+    let mut data = Elements::default();
+    for _ in 0..20_000 {
+        // A sequence and an item, both of undefined length.
+        data.0.extend([0x08, 0, 0x40, 0x11, b'S', b'Q', 0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
+        data.0.extend([0xFE, 0xFF, 0, 0xE0, 0xFF, 0xFF, 0xFF, 0xFF]);
+    }
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("deep");
+    std::fs::write(&path, file(EXPLICIT, &data)).unwrap();
+    let error = read(&path).unwrap_err();
+    assert!(error.to_string().ends_with("nested deeper than 64 levels"), "{error}");
+}
+
+#[test]
+fn an_empty_archive_holds_no_image() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("empty.zip");
+    zip::ZipWriter::new(std::fs::File::create(&path).unwrap()).finish().unwrap();
+    let error = read(&path).unwrap_err();
+    assert!(error.to_string().ends_with("no DICOM image among 0 files"), "{error}");
 }
 
 #[test]

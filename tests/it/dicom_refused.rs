@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use crate::dicom::values;
 use crate::support::dicom::{Ellipsoid, Series};
-use crate::support::shared;
+use crate::support::repository;
 
 fn scan(folder: &Path) -> Study {
     dicom::scan(folder, &ScanOptions::default()).unwrap()
@@ -105,10 +105,10 @@ fn a_mosaic_is_refused_by_name_with_what_to_do() {
 
 #[test]
 fn a_syntax_that_is_not_decoded_is_named_even_where_the_file_stands_alone() {
-    let Some(folder) = shared("dicom") else { return };
+    let folder = repository("testdata/dicom-bad");
     for (name, said) in [
-        ("malformed/unknown-transfer-syntax.dcm", "(unknown) is not decoded"),
-        ("synth/ts-jpeg-extended", "1.2.840.10008.1.2.4.51 (JPEG extended, 12 bits)"),
+        ("unknown-transfer-syntax.dcm", "(unknown) is not decoded"),
+        ("ts-jpeg-extended", "1.2.840.10008.1.2.4.51 (JPEG extended, 12 bits)"),
     ] {
         let error = refusal(&folder.join(name));
         assert_eq!(error.kind(), Kind::UnsupportedSyntax, "{error}");
@@ -119,7 +119,7 @@ fn a_syntax_that_is_not_decoded_is_named_even_where_the_file_stands_alone() {
 
 #[test]
 fn a_damaged_jpeg_ls_frame_says_what_is_wrong_with_it() {
-    let Some(folder) = shared("dicom/malformed") else { return };
+    let folder = repository("testdata/dicom-bad");
     for (name, kind, said) in [
         ("jpegls-truncated.dcm", Kind::TruncatedData, "the JPEG-LS data end in row"),
         ("jpegls-wrong-size.dcm", Kind::CorruptPixels, "3000 rows of 3000, expected 10 rows of 12"),

@@ -14,6 +14,7 @@ mod cli_dicom;
 mod convergence;
 mod dicom;
 mod dicom_hostile;
+mod dicom_memory;
 mod dicom_refused;
 mod dicom_segments;
 mod dicom_series;

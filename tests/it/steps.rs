@@ -225,7 +225,7 @@ fn slices_that_are_not_in_the_box_are_not_decoded() {
 
 #[test]
 fn uneven_planes_cannot_be_blurred_but_cropped_and_downsampled() {
-    let Some(folder) = crate::support::shared("dicom/synth/uneven-two-spacings") else { return };
+    let folder = repository("testdata/dicom/uneven-two-spacings");
     let folder = folder.to_str().unwrap();
     let out = TempDir::new().unwrap();
     let mesh = out.path().join("x.stl");

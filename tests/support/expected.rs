@@ -24,10 +24,10 @@ impl Entry {
 }
 
 /// The entries of one section of `expected-nifti.json`: those in `testdata` always, those in the
-/// large test data where they are present.
+/// whole collection where `MCUBES_SCANS` names it.
 pub fn entries(section: &str) -> Vec<Entry> {
     let mut all = Vec::new();
-    for root in [Some(super::repository("testdata")), super::shared("")].into_iter().flatten() {
+    for root in [Some(super::repository("testdata")), super::named_scans()].into_iter().flatten() {
         let text = std::fs::read_to_string(root.join("expected-nifti.json")).unwrap();
         let mut facts: Value = serde_json::from_str(&text).unwrap();
         let Value::Object(facts) = facts[section].take() else { panic!("no section {section}") };

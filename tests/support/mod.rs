@@ -8,6 +8,7 @@ pub mod random;
 pub(crate) mod dicom;
 pub(crate) mod ljpeg;
 pub mod manifold;
+pub(crate) mod memory;
 pub mod oracle;
 pub mod sandbox;
 pub(crate) mod segments;
@@ -19,14 +20,13 @@ pub fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// A file or folder of the large test data beside the repository, or nothing, said aloud, where
-/// they are not present.
-pub fn shared(path: &str) -> Option<PathBuf> {
-    let found = repository("../shared/data").join(path);
-    if found.exists() {
-        Some(found)
-    } else {
-        eprintln!("skipped: ../shared/data/{path} is not here");
-        None
-    }
+/// The folder that `MCUBES_SCANS` names: the whole collection of scans, of which `testdata` has the
+/// small ones. Tests that need it are ignored unless they are asked for.
+pub fn scans() -> PathBuf {
+    named_scans().expect("MCUBES_SCANS names the folder of the whole collection of scans")
+}
+
+/// The same, for tests that run on `testdata` and on more where there is more.
+pub fn named_scans() -> Option<PathBuf> {
+    std::env::var_os("MCUBES_SCANS").map(PathBuf::from)
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use zip::ZipArchive;
 
 use super::error::FileFault;
+use crate::source::file::FileAt;
 
 /// Bytes read at once from a plain file: most headers end within it.
 const BUFFER: usize = 16 << 10;
@@ -31,7 +32,7 @@ pub(super) struct Stream<'a> {
 }
 
 enum Inner<'a> {
-    File(BufReader<File>),
+    File(BufReader<Shared>),
     Plain(Box<dyn Read + 'a>),
 }
 
@@ -75,18 +76,15 @@ impl Blob {
     ) -> Result<T, FileFault> {
         match self {
             Self::File { path, len } => {
-                let file = File::open(path).map_err(FileFault::io)?;
-                read(Stream {
-                    inner: Inner::File(BufReader::with_capacity(BUFFER, file)),
-                    unread: Vec::new(),
-                    at: 0,
-                    end: Some(*len),
-                })
+                let file = Shared::open(path).map_err(FileFault::io)?;
+                read(Stream { end: Some(*len), ..Stream::within(file, 0) })
             }
             Self::Zipped { archive, index, len } => {
                 // A copy shares the directory and has a position of its own.
                 let mut archive = archive.clone();
                 let zip = |e: &dyn std::error::Error| FileFault::Zip(one_line(e));
+                // It gives no more than the size in the directory, as a few bytes can stand for any
+                // number of them.
                 let mut entry = archive.by_index(*index).map_err(|e| zip(&e))?;
                 let mut stream = Stream::new(Box::new(&mut entry));
                 stream.end = Some(*len);
@@ -113,18 +111,11 @@ impl<'a> Stream<'a> {
         Self { inner: Inner::Plain(reader), unread: Vec::new(), at: 0, end: None }
     }
 
-    /// Over bytes in memory.
-    pub(super) fn over(bytes: &'a [u8]) -> Self {
-        let mut stream = Self::new(Box::new(bytes));
-        stream.end = Some(bytes.len() as u64);
-        stream
-    }
-
-    /// Over a plain file from `at` on, to its end at `len`.
-    pub(super) fn within(mut file: File, at: u64, len: u64) -> io::Result<Stream<'static>> {
-        file.seek(SeekFrom::Start(at))?;
-        let inner = Inner::File(BufReader::with_capacity(BUFFER, file));
-        Ok(Stream { inner, unread: Vec::new(), at, end: Some(len) })
+    /// Over a plain file from `at` on, to its end.
+    pub(super) fn within(file: Shared, at: u64) -> Stream<'static> {
+        let end = Some(file.len);
+        let inner = Inner::File(BufReader::with_capacity(BUFFER, Shared { at, ..file }));
+        Stream { inner, unread: Vec::new(), at, end }
     }
 
     /// Bytes passed so far.
@@ -207,6 +198,11 @@ impl<'a> Stream<'a> {
         let given = self.unread.len().min(usize::try_from(n).unwrap_or(usize::MAX));
         out.extend(self.unread.drain(..given));
         let rest = n - given as u64;
+        if matches!(self.inner, Inner::File(_)) {
+            let there = rest.min(self.left().unwrap_or(0).saturating_sub(given as u64));
+            let room = out.try_reserve(usize::try_from(there).unwrap_or(usize::MAX));
+            room.map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        }
         let read = match &mut self.inner {
             Inner::File(file) => file.take(rest).read_to_end(out)?,
             Inner::Plain(reader) => reader.take(rest).read_to_end(out)?,
@@ -232,35 +228,45 @@ impl Read for RestOf<'_> {
 /// One open file, read through any number of positions at once.
 #[derive(Clone)]
 pub(super) struct Shared {
-    file: Arc<File>,
+    file: Arc<FileAt>,
     at: u64,
+    /// When it was opened.
     len: u64,
 }
 
 impl Shared {
     /// Opens a file.
     pub(super) fn open(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
-        let len = file.metadata()?.len();
-        Ok(Self { file: Arc::new(file), at: 0, len })
+        Self::over(File::open(path)?)
     }
-}
 
-/// Fills what there is of `out` from `offset` on, without moving the file's own position.
-pub(super) fn read_at(file: &File, out: &mut [u8], offset: u64) -> io::Result<usize> {
-    #[cfg(unix)]
-    {
-        std::os::unix::fs::FileExt::read_at(file, out, offset)
+    /// Over a file that is open.
+    pub(super) fn over(file: File) -> io::Result<Self> {
+        let len = file.metadata()?.len();
+        Ok(Self { file: Arc::new(FileAt::new(file)), at: 0, len })
     }
-    #[cfg(windows)]
-    {
-        std::os::windows::fs::FileExt::seek_read(file, out, offset)
+
+    /// Fills what there is of `out` from `offset` on; how many bytes there were.
+    pub(super) fn fill(&self, out: &mut [u8], offset: u64) -> io::Result<usize> {
+        self.file.fill(out, offset)
+    }
+
+    /// Appends what there is of `length` bytes from `offset` on.
+    pub(super) fn append(&self, offset: u64, length: u64, out: &mut Vec<u8>) -> io::Result<()> {
+        let there = length.min(self.len.saturating_sub(offset));
+        let there = usize::try_from(there).unwrap_or(usize::MAX);
+        let before = out.len();
+        out.try_reserve_exact(there).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        out.resize(before + there, 0);
+        let filled = self.fill(out.get_mut(before..).unwrap_or_default(), offset)?;
+        out.truncate(before + filled);
+        Ok(())
     }
 }
 
 impl Read for Shared {
     fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let n = read_at(&self.file, out, self.at)?;
+        let n = self.file.read_at(out, self.at)?;
         self.at += n as u64;
         Ok(n)
     }

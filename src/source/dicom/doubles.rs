@@ -80,7 +80,7 @@ fn one_position(same: &[FrameRef], instances: &[Instance], cancel: &Cancel) -> P
         } else if let Some(fault) = &a.0.fault {
             position.faulty.push(format!("{}: {fault}", frame_name(a)));
             position.kept = Some(other);
-        } else if !cancel.is_raised() && Pixels::same_frame(a, b) {
+        } else if !cancel.is_raised() && Pixels::same_frame(a, b, cancel) {
             position.dropped.push(frame_name(b));
         } else {
             position.conflicts.push(format!("{} and {}", frame_name(a), frame_name(b)));

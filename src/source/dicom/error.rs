@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::{Failure, Kind};
+use crate::limits::MAX_FRAMES_BYTES;
 
 /// What is wrong with one file. Cloned freely: one fault may speak for several series.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -102,6 +103,20 @@ pub enum FileFault {
         /// Bytes needed.
         wanted: u64,
     },
+    /// More frames than can be listed.
+    #[error("NumberOfFrames: {frames} frames, whose list needs more than {MAX_FRAMES_BYTES} bytes")]
+    TooManyFrames {
+        /// Frames announced.
+        frames: u64,
+    },
+    /// Compressed pixels beyond what any image of their size needs.
+    #[error(
+        "the compressed pixels need more than {limit} bytes, too many for images of their size"
+    )]
+    PixelsTooLong {
+        /// Bytes that are read.
+        limit: u64,
+    },
     /// A frame that is not among the fragments.
     #[error("frame {frame} is not in the pixel data ({fragments} fragments for {frames} frames)")]
     NoFrame {
@@ -179,9 +194,10 @@ impl Failure for FileFault {
             Self::Syntax { .. } => Kind::UnsupportedSyntax,
             Self::NoFrame { .. } | Self::Codec { .. } => Kind::CorruptPixels,
             Self::JpegLs { error, .. } => error.kind(),
-            Self::HeaderTooLarge { .. } | Self::Dims(crate::geom::DimsError::PlaneTooLarge(..)) => {
-                Kind::TooLarge
-            }
+            Self::HeaderTooLarge { .. }
+            | Self::TooManyFrames { .. }
+            | Self::PixelsTooLong { .. }
+            | Self::Dims(crate::geom::DimsError::PlaneTooLarge(..)) => Kind::TooLarge,
             Self::Dims(_) => Kind::BadDims,
         }
     }

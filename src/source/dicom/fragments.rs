@@ -45,6 +45,41 @@ pub(super) fn list(stream: &mut Stream<'_>) -> Result<Fragments, FileFault> {
     Ok(fragments)
 }
 
+/// Appends the fragments of the only frame to `out`, at most `most` bytes; the stream stands at the
+/// first item. Memory grows with what is there.
+///
+/// # Errors
+/// As [`list`]; no fragment; more than `most` bytes.
+pub(super) fn append_all(
+    stream: &mut Stream<'_>,
+    most: u64,
+    out: &mut Vec<u8>,
+) -> Result<(), FileFault> {
+    let mut left = most;
+    let mut items = 0_u64;
+    while let Some((_, length)) = next(stream)? {
+        let tag = Tag(0xFFFE, 0xE000);
+        items += 1;
+        if items == 1 {
+            // The table of offsets says nothing of one frame.
+            if !stream.skip(length).map_err(FileFault::io)? {
+                let left = stream.left().unwrap_or(0);
+                return Err(FileFault::LengthBeyond { tag, length, left });
+            }
+            continue;
+        }
+        left = left.checked_sub(length).ok_or(FileFault::PixelsTooLong { limit: most })?;
+        let found = stream.append(length, out).map_err(FileFault::io)?;
+        if found < length {
+            return Err(FileFault::LengthBeyond { tag, length, left: found });
+        }
+    }
+    if items < 2 {
+        return Err(FileFault::NoFrame { frame: 1, fragments: 0, frames: 1 });
+    }
+    Ok(())
+}
+
 /// The next item's first byte and length; nothing after the last.
 fn next(stream: &mut Stream<'_>) -> Result<Option<Fragment>, FileFault> {
     let mut head = [0; 8];

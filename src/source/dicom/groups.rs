@@ -6,6 +6,7 @@ use super::header::{self, Item, bad};
 use super::instance::{Frame, SPLITTERS};
 use super::tags;
 use crate::geom::vec3::{add, cross, scale};
+use crate::limits::MAX_FRAMES_BYTES;
 
 const POSITION: &str = "ImagePositionPatient";
 const ORIENTATION: &str = "ImageOrientationPatient";
@@ -13,7 +14,7 @@ const ORIENTATION: &str = "ImageOrientationPatient";
 /// The frames of one file, in the order of its pixels.
 ///
 /// # Errors
-/// A place, spacing or rescale that cannot be.
+/// A place, spacing or rescale that cannot be; more frames than can be listed.
 pub(super) fn frames(
     header: &Item,
     n_frames: u64,
@@ -29,19 +30,39 @@ pub(super) fn frames(
             Some(detector) if n_frames > 1 => nuclear(header, detector, &top, n_frames),
             _ if n_frames == 1 => Ok(vec![top]),
             // Frames without a word on where they lie.
-            _ => Ok((0..n_frames).map(|index| Frame { index, ..top.clone() }).collect()),
+            _ => list(n_frames, |index| Ok(Frame { index, ..top.clone() })),
         };
     }
     let scale = if is_segmentation { fraction(header)? } else { 1.0 };
-    (0..n_frames)
-        .map(|index| {
-            let own = usize::try_from(index).ok().and_then(|i| per_frame.get(i));
-            let mut frame = grouped(own, shared, &top)?;
-            frame.index = index;
-            frame.slope *= scale;
-            Ok(frame)
-        })
-        .collect()
+    list(n_frames, |index| {
+        let own = usize::try_from(index).ok().and_then(|i| per_frame.get(i));
+        let mut frame = grouped(own, shared, &top)?;
+        frame.index = index;
+        frame.slope *= scale;
+        Ok(frame)
+    })
+}
+
+/// Makes `n_frames` frames. Their number is only claimed, and each may hold text, so memory is
+/// charged before it is taken.
+fn list(
+    n_frames: u64,
+    frame: impl Fn(u64) -> Result<Frame, FileFault>,
+) -> Result<Vec<Frame>, FileFault> {
+    let too_many = || FileFault::TooManyFrames { frames: n_frames };
+    let mut left = n_frames
+        .checked_mul(size_of::<Frame>() as u64)
+        .and_then(|bytes| MAX_FRAMES_BYTES.checked_sub(bytes))
+        .ok_or_else(too_many)?;
+    let mut frames = Vec::new();
+    let n = usize::try_from(n_frames).map_err(|_| too_many())?;
+    frames.try_reserve_exact(n).map_err(|_| too_many())?;
+    for index in 0..n_frames {
+        let frame = frame(index)?;
+        left = left.checked_sub(frame.text_bytes()).ok_or_else(too_many)?;
+        frames.push(frame);
+    }
+    Ok(frames)
 }
 
 /// What an image says outside functional groups.
@@ -127,13 +148,15 @@ fn nuclear(
     let orientation = orientation(detector)?.or(top.orientation);
     let position = position(detector)?.or(top.position);
     let slices = header::numbers(header, tags::SLICE_VECTOR, "SliceVector")?;
-    let vectors = [
+    let mut vectors = vec![
         ("energy window", header::texts(header, tags::ENERGY_WINDOW_VECTOR)),
         ("detector", header::texts(header, tags::DETECTOR_VECTOR)),
         ("phase", header::texts(header, tags::PHASE_VECTOR)),
         ("R-R interval", header::texts(header, tags::RR_INTERVAL_VECTOR)),
         ("time slot", header::texts(header, tags::TIME_SLOT_VECTOR)),
     ];
+    // What is the same in all frames sets none apart.
+    vectors.retain(|(_, values)| values.iter().any(|v| Some(v) != values.first()));
     // Projections turn around the patient: no slices.
     let turns = !header::texts(header, tags::ROTATION_VECTOR).is_empty();
     let frame = |index: u64| {
@@ -146,13 +169,12 @@ fn nuclear(
         );
         let apart: Vec<String> = vectors
             .iter()
-            .filter(|(_, values)| values.iter().any(|v| Some(v) != values.first()))
             .filter_map(|(name, values)| Some(format!("{name} {}", values.get(at)?)))
             .collect();
         let apart = apart.join(", ");
-        Frame { index, position: placed, orientation, apart, ..top.clone() }
+        Ok(Frame { index, position: placed, orientation, apart, ..top.clone() })
     };
-    Ok((0..n_frames).map(frame).collect())
+    list(n_frames, frame)
 }
 
 /// The factor that brings a fractional segmentation to 0..1.

@@ -76,6 +76,14 @@ pub(super) struct Frame {
     pub(super) mixed: [Option<String>; SPLITTERS.len()],
 }
 
+impl Frame {
+    /// Bytes of text that it holds.
+    pub(super) fn text_bytes(&self) -> u64 {
+        let mixed: usize = self.mixed.iter().flatten().map(String::capacity).sum();
+        (self.apart.capacity() + mixed) as u64
+    }
+}
+
 /// A frame's name: the file's, with the frame's number from 1 where the file has several.
 pub(super) fn frame_name((instance, frame): (&Instance, &Frame)) -> String {
     if instance.n_frames > 1 {

@@ -7,6 +7,9 @@ use super::{syntax, tags};
 use crate::geom::Dims;
 use crate::volume::StoredType;
 
+/// Room for the headers of one compressed frame, in bytes.
+const ENCODED_HEADERS: u64 = 256 << 10;
+
 /// What a stored sample is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum SampleKind {
@@ -109,6 +112,13 @@ impl Layout {
             SampleKind::Bit => Some(samples.div_ceil(8)),
             _ => samples.checked_mul(self.bytes as u64),
         }
+    }
+
+    /// Bytes beyond which compressed frames are no images of their size: no codec that is read makes
+    /// noise more than a little larger, and headers are short.
+    pub(super) fn most_encoded(&self, frames: u64) -> u64 {
+        let samples = (self.n_samples() * self.bytes) as u64;
+        samples.saturating_mul(4).saturating_add(ENCODED_HEADERS).saturating_mul(frames)
     }
 
     /// The type that planes are handed on in, where neither it nor a slope changes from frame to frame.

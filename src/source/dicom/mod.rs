@@ -2,7 +2,8 @@
 //!
 //! [`scan`] reads headers only, through a guard that believes no length; images are grouped into
 //! [`Candidate`] volumes and put in geometric order; [`Study::open`] gives planes that are decoded
-//! when they are asked for. Nothing that tells who the patient is is ever read into memory.
+//! when they are asked for. Nothing that tells who the patient is is read into memory, save the one
+//! field that a caller asks for by [`Study::patient`] to name a file with.
 
 mod blob;
 mod candidate;
@@ -42,6 +43,11 @@ pub use scan::{ScanOptions, scan};
 pub use set_aside::{SetAside, What};
 pub use study::{OpenOptions, Selector, Study};
 pub use tree::{Tree, scan_tree};
+
+/// Whether the first bytes of a file are those of a zip archive, be it an empty one.
+pub(super) fn is_zip(head: &[u8]) -> bool {
+    head.starts_with(b"PK\x03\x04") || head.starts_with(b"PK\x05\x06")
+}
 
 /// How many bytes of a file [`is_dicom`] wants to see.
 pub const HEAD_BYTES: usize = 132;

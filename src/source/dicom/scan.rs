@@ -38,9 +38,9 @@ pub fn scan(path: &Path, options: &ScanOptions<'_>) -> Result<Study, Error> {
         in_folder(path, options)?
     } else {
         let mut head = [0; 4];
-        let file = std::fs::File::open(path).map_err(|e| at(FileFault::io(e)))?;
-        let n = super::blob::read_at(&file, &mut head, 0).map_err(|e| at(FileFault::io(e)))?;
-        if n == 4 && head == *b"PK\x03\x04" {
+        let file = Shared::open(path).map_err(|e| at(FileFault::io(e)))?;
+        let n = file.fill(&mut head, 0).map_err(|e| at(FileFault::io(e)))?;
+        if super::is_zip(head.get(..n).unwrap_or_default()) {
             Found { files: in_archive(path)?, unreadable: Vec::new() }
         } else {
             let blob = Blob::File { path: path.to_owned(), len: metadata.len() };

@@ -33,7 +33,7 @@ pub(super) struct Group {
     pub(super) frames: Vec<FrameRef>,
     /// What sets it apart from others under the same UID, in words.
     pub(super) apart: Vec<String>,
-    /// Whether there is more than one orientation, size or spacing under the UID's other keys.
+    /// How its frames lie; nothing where they do not say.
     pub(super) facing: Option<Facing>,
 }
 

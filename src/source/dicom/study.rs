@@ -33,6 +33,7 @@ pub struct Study {
     pub n_files: usize,
     /// Faults that no volume here speaks of, one a series, with the number of others in it.
     pub(super) strays: Vec<Stray>,
+    pub(super) cancel: Cancel,
     pub(super) root: PathBuf,
     pub(super) instances: Arc<Vec<Instance>>,
 }
@@ -101,6 +102,7 @@ impl Study {
             n_files,
             root: root.to_owned(),
             instances: Arc::new(instances),
+            cancel: cancel.clone(),
         }
     }
 
@@ -165,8 +167,15 @@ impl Study {
         if let Some(spanned) = &candidate.problem {
             meta.notes.push(Note::Other(format!("meshed across gaps as asked: {spanned}")));
         }
-        let pixels = Pixels::prepare(&candidate.frames, &self.instances)
-            .map_err(|(name, fault)| self.file_error(&name, &fault, 0))?;
+        let pixels = Pixels::prepare(&candidate.frames, &self.instances, &self.cancel).map_err(
+            |(name, fault)| {
+                if self.cancel.is_raised() {
+                    self.error(DicomError::Interrupted)
+                } else {
+                    self.file_error(&name, &fault, 0)
+                }
+            },
+        )?;
         Ok(Volume { planes: planes::open(pixels, &meta, candidate.uniform), meta })
     }
 

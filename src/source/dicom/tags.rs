@@ -1,5 +1,6 @@
 //! The elements that are read. What is not on this list is passed over where it stands and never
-//! reaches memory; nothing that tells who the patient is stands here.
+//! reaches memory; nothing that tells who the patient is is kept by a scan: `PatientID` and
+//! `PatientName` are named here for [`super::Study::patient`] alone.
 
 use super::error::Tag;
 

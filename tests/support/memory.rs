@@ -1,0 +1,30 @@
+//! Tests that measure memory run in a process of their own: others would be measured with them.
+
+use std::process::Command;
+
+/// Set in the process that runs one test alone.
+const ALONE: &str = "MCUBES_TEST_ALONE";
+
+/// Whether this is a process of the test's own. Where it is not, the test is run in one, and has to
+/// pass there.
+pub(crate) fn is_alone(test: &str) -> bool {
+    if std::env::var_os(ALONE).is_some() {
+        return true;
+    }
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    let output = command.args([test, "--exact"]).env(ALONE, "1").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("1 passed"), "{test}: {said}");
+    false
+}
+
+/// Holds the most memory that this process has had against a limit, where the system tells it.
+pub(crate) fn assert_peak_below(limit_mib: u64) {
+    if cfg!(target_os = "linux") {
+        let status = std::fs::read_to_string("/proc/self/status").unwrap();
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+        let peak_kib: u64 = peak.trim().trim_end_matches(" kB").parse().unwrap();
+        assert!(peak_kib <= limit_mib << 10, "{} MiB, at most {limit_mib}", peak_kib >> 10);
+    }
+}
