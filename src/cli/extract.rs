@@ -237,8 +237,11 @@ impl Work<'_> {
     /// The error, with the range that the values do have, from a second look at the data where
     /// there can be one.
     fn not_reached(&self, iso: f64) -> Error {
-        let look = || source::survey(self.stepped().ok()?).ok()?.range;
+        let look = || self.stepped().ok()?.survey(self.how.cancel).ok()?.range;
         let range = if self.scan.is_read_once() { None } else { look() };
+        if self.how.cancel.is_raised() {
+            return Error::new(RunError::Interrupted);
+        }
         let Extract { surface, mask, .. } = self.how.extract;
         Error::new(match range {
             Some((_, high)) if mask.is_some() && high <= 0.0 => RunError::NoLabel,

@@ -59,6 +59,9 @@ pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result
                     Term::json(&failed("mcubes-info/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
+                if error.kind() == Kind::Interrupted {
+                    break;
+                }
             }
         }
     }
@@ -81,7 +84,7 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Content, 
     }
     let volume = input::open(input, reading, opening)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
-    let survey = source::survey(volume).map_err(|e| Error::at(path, e))?;
+    let survey = volume.survey(&opening.cancel).map_err(|e| Error::at(path, e))?;
     let is_alone = is_dicom || reading.raw.is_some();
     let metas = if is_alone { vec![meta] } else { source::volumes_beside(&meta) };
     let listed = |meta: Meta| Listed {
