@@ -1,7 +1,8 @@
 //! What was typed, understood: defaults filled in, options checked together.
 //!
 //! Everything that is wrong use by the arguments and the look of the file system alone is found
-//! here, before any input is opened.
+//! here, before any input is opened. What is left for later is two meshes with one name, which the
+//! headers decide.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,10 @@ use crate::pipeline::{Method, Side, SurfaceOptions};
 use crate::sink::{Format, MeshOptions};
 use crate::source::dicom::Selector;
 use crate::source::{RawOptions, is_stream};
+
+/// More threads than any machine of this time has; a typing error of some zeros asks for more than
+/// the system gives.
+const MAX_THREADS: usize = 1024;
 
 /// Wrong use: one line, and perhaps what to do. Exit status 2.
 #[derive(Debug, PartialEq)]
@@ -159,7 +164,7 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     let surface = SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) };
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = threads(args.threads)?;
-    let jobs = at_least_one("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
+    let jobs = a_few("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
     Ok(Run {
         inputs,
         extract: Extract {
@@ -303,6 +308,10 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
         if plain.exists() && !plain.is_dir() {
             return Err(Usage::new(format!("{shown}: is a file, a folder is wanted")));
         }
+        let above = if path.is_dir() { path } else { folder_of(path) };
+        if !args.batch.dry_run && !above.is_dir() {
+            return Err(no_folder(above, path));
+        }
         return Ok(Output::Folder(path.clone()));
     }
     if is_many {
@@ -311,8 +320,7 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
-            .hint(format!("mkdir -p {}", folder.display())));
+        return Err(no_folder(folder, folder));
     }
     for input in &args.inputs {
         if is_same_file(input, path) {
@@ -322,9 +330,25 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     Ok(Output::File(path.clone()))
 }
 
+/// A folder that is missing; `wanted` is what making would help.
+pub(crate) fn no_folder(missing: &Path, wanted: &Path) -> Usage {
+    Usage::new(format!("{}: there is no such folder", missing.display()))
+        .hint(format!("mkdir -p {}", wanted.display()))
+}
+
 /// How many threads: all processors where none are named.
 pub(crate) fn threads(named: Option<usize>) -> Result<usize, Usage> {
-    Ok(at_least_one("--threads", named)?.unwrap_or_else(processors))
+    Ok(a_few("--threads", named)?.unwrap_or_else(|| processors().min(MAX_THREADS)))
+}
+
+/// A number of threads, or of what runs on threads of its own.
+fn a_few(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage> {
+    match at_least_one(name, value)? {
+        Some(n) if n > MAX_THREADS => {
+            Err(Usage::new(format!("{name} is {n}, it must be at most {MAX_THREADS}")))
+        }
+        value => Ok(value),
+    }
 }
 
 /// Whether two paths name one file, which exists.

@@ -66,8 +66,7 @@ fn output(path: &Path, json: bool) -> Result<Option<&Path>, Usage> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
-            .hint(format!("mkdir -p {}", folder.display())));
+        return Err(options::no_folder(folder, folder));
     }
     let unzipped = match path.extension() {
         Some(end) if end.eq_ignore_ascii_case("gz") => path.with_extension(""),

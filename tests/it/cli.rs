@@ -59,6 +59,15 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a", "--iso", "3", "-o", "x.stl", "--offset", "4"], "--dims is missing"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--dims", "2x0x2"], "at least 1"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--threads", "0"], "must be at least 1"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--threads", "1000000000"], "at most 1024"),
+        (
+            vec!["a", "--iso", "3", "-o", "x/", "--jobs", "1025"],
+            "--jobs is 1025, it must be at most",
+        ),
+        (vec!["phantom", "sphere", "-o", "x.nii", "--threads", "1025"], "at most 1024"),
+        (vec!["phantom", "torus-like", "-o", "x.nii"], "torus-like"),
+        // That two meshes would have one name is known from inputs: the folder comes first.
+        (vec!["in.stl", "in.stl", "--iso", "3", "-o", "no/x/"], "no: there is no such folder"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--volume", "0"], "must be at least 1"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--series", "0"], "counts from 1"),
         (vec!["a", "--iso", "3", "--mask", "1", "-o", "x.stl"], "cannot be used with"),
@@ -282,6 +291,7 @@ fn help_fits_a_screen_wide_and_completions_and_manual_know_every_option() {
     let sandbox = Sandbox::new();
     let help = String::from_utf8(sandbox.run(&["--help"]).stdout).unwrap();
     assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    assert!(help.contains("{patient_id} {patient_name}"), "{help}");
     let script = String::from_utf8(sandbox.run(&["completions", "bash"]).stdout).unwrap();
     let manual = String::from_utf8(sandbox.run(&["man"]).stdout).unwrap();
     let options = help.split_whitespace().filter(|word| word.starts_with("--"));

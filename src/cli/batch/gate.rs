@@ -122,13 +122,28 @@ impl Gate {
         if free.threads == 0 || is_huge && free.threads < self.threads {
             return None;
         }
-        // Fewer threads take less memory.
-        let threads = (1..=most.min(free.threads)).rev();
-        let fits = |&threads: &usize| (need.memory)(threads) <= self.memory;
-        let threads = threads.clone().find(fits).unwrap_or(1);
+        let threads = most_that_fit(most.min(free.threads), |n| (need.memory)(n) <= self.memory);
         let memory = (need.memory)(threads).min(self.memory);
         (memory <= free.memory).then_some((threads, memory))
     }
+}
+
+/// The most threads up to `most` that `fits`, or 1: more threads take more memory, so half of what
+/// is left is ruled out by each look.
+fn most_that_fit(most: usize, fits: impl Fn(usize) -> bool) -> usize {
+    if fits(most) {
+        return most;
+    }
+    let (mut good, mut bad) = (1, most);
+    while bad - good > 1 {
+        let middle = good + (bad - good) / 2;
+        if fits(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    good
 }
 
 impl Drop for Permit<'_> {
@@ -185,6 +200,23 @@ mod tests {
         let cancel = Cancel::new();
         let need = Need { sample_bytes: HUGE_BYTES, memory: &memory };
         assert_eq!(gate.enter(&need, &cancel).ok().unwrap().threads, 3);
+    }
+
+    #[test]
+    fn the_number_of_threads_is_found_in_few_looks() {
+        for most in 1..40_usize {
+            for limit in 0..45 {
+                let found = most_that_fit(most, |n| n <= limit);
+                assert_eq!(found, most.min(limit).max(1), "{most}, {limit}");
+            }
+        }
+        let looks = std::cell::Cell::new(0);
+        let fits = |n| {
+            looks.set(looks.get() + 1);
+            n <= 3
+        };
+        assert_eq!(most_that_fit(1_000_000_000, fits), 3);
+        assert!(looks.get() <= 32, "{looks:?}");
     }
 
     #[test]

@@ -128,12 +128,7 @@ pub(super) fn run(run: &Run, term: Term, cancel: &Cancel) -> Result<Result<(), K
         let mut at = 0..;
         jobs.retain(|_| at.next().is_some_and(|at: usize| at % of == part - 1));
     }
-    if let Output::Folder(folder) = &run.output {
-        let above = names::folder_above(folder);
-        if !run.is_dry && !above.is_dir() {
-            return Err(Usage::new(format!("{}: there is no such folder", above.display()))
-                .hint(format!("mkdir -p {}", folder.display())));
-        }
+    if matches!(run.output, Output::Folder(_)) {
         match found.passed_over {
             0 => {}
             1 => term.note("1 file that is no volume was passed over"),

@@ -289,17 +289,6 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
     Ok(())
 }
 
-/// The folder that must be there for an output folder to be made; the folder itself where it is.
-pub(super) fn folder_above(folder: &Path) -> &Path {
-    if folder.is_dir() {
-        return folder;
-    }
-    match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
