@@ -22,6 +22,26 @@ fn a_limit_on_the_size_of_files_is_an_error_of_the_write_and_leaves_nothing() {
     assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
 }
 
+/// What goes to standard output waits in a temporary file, which is what was too small.
+#[cfg(unix)]
+#[test]
+fn a_temporary_file_of_a_phantom_is_told_as_what_it_is() {
+    for more in ["", " --noise 9 --threads 1"] {
+        let sandbox = Sandbox::new();
+        let command = format!(
+            "ulimit -f 100; exec '{}' phantom sphere -o -{more}",
+            env!("CARGO_BIN_EXE_mcubes"),
+        );
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &command]).current_dir(sandbox.path("")).env("TMPDIR", sandbox.path(""));
+        let output = shell.stdout(Stdio::null()).output().unwrap();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.starts_with("error: standard output: the temporary file in "), "{said}");
+        assert!(said.contains("hint: TMPDIR names another folder"), "{said}");
+    }
+}
+
 /// A run that is stopped half way leaves its folder as it was.
 #[cfg(unix)]
 #[test]
