@@ -10,15 +10,15 @@ use crate::cancel::Cancel;
 const HUGE_BYTES: u64 = 256 << 20;
 
 /// What one scan needs.
-pub(in crate::cli) struct Need<'a> {
+pub(crate) struct Need<'a> {
     /// Bytes of the samples.
-    pub(in crate::cli) sample_bytes: u64,
+    pub(crate) sample_bytes: u64,
     /// Bytes of memory that work takes on a number of threads.
-    pub(in crate::cli) memory: &'a (dyn Fn(usize) -> u64 + Sync),
+    pub(crate) memory: &'a (dyn Fn(usize) -> u64 + Sync),
 }
 
 /// Threads and memory of all scans together.
-pub(in crate::cli) struct Gate {
+pub(crate) struct Gate {
     free: Mutex<Free>,
     changed: Condvar,
     threads: usize,
@@ -39,14 +39,14 @@ struct Free {
 }
 
 /// Leave to work, given back when dropped.
-pub(in crate::cli) struct Permit<'g> {
+pub(crate) struct Permit<'g> {
     gate: &'g Gate,
-    pub(in crate::cli) threads: usize,
+    pub(crate) threads: usize,
     memory: u64,
 }
 
 /// Why no permit was given.
-pub(in crate::cli) enum Refused {
+pub(crate) enum Refused {
     Interrupted,
     TooLarge { needed: u64, limit: u64 },
 }
@@ -54,7 +54,7 @@ pub(in crate::cli) enum Refused {
 impl Gate {
     /// `threads` in all, for `jobs` scans at a time; a limit that was asked for, or a share of what
     /// the machine has free.
-    pub(super) fn new(threads: usize, jobs: usize, asked: Option<u64>, n_scans: usize) -> Self {
+    pub(crate) fn new(threads: usize, jobs: usize, asked: Option<u64>, n_scans: usize) -> Self {
         let memory = asked.unwrap_or_else(|| available_memory() / 2);
         let free = Free { threads, memory, scans_left: n_scans, next_ticket: 0, serving: 0 };
         Self {
@@ -72,7 +72,7 @@ impl Gate {
     }
 
     /// A scan that asks for nothing is done: failed early, or skipped.
-    pub(in crate::cli) fn pass(&self) {
+    pub(crate) fn pass(&self) {
         let mut free = self.lock();
         free.scans_left = free.scans_left.saturating_sub(1);
         self.changed.notify_all();
@@ -80,11 +80,7 @@ impl Gate {
 
     /// Waits for its turn, and until there is room. A small scan works on its share of the threads
     /// (all, where it is the last), a huge one on all of them.
-    pub(in crate::cli) fn enter(
-        &self,
-        need: &Need<'_>,
-        cancel: &Cancel,
-    ) -> Result<Permit<'_>, Refused> {
+    pub(crate) fn enter(&self, need: &Need<'_>, cancel: &Cancel) -> Result<Permit<'_>, Refused> {
         let is_huge = need.sample_bytes >= HUGE_BYTES;
         let least = (need.memory)(1);
         if self.is_strict && least > self.memory {

@@ -11,36 +11,19 @@ use super::args::{
     EndianArg, ExtractArgs, FormatArg, GapsArg, MethodArg, OutputArgs, ReadingArgs, SpaceArg,
     SurfaceArgs,
 };
-use super::batch::names::Pattern;
 use super::level::Level;
+use super::pattern::Pattern;
 use super::steps::Steps;
+use super::usage::Usage;
 use crate::geom::Space;
 use crate::pipeline::{Method, Side, SurfaceOptions};
-use crate::sink::{Format, MeshOptions};
+use crate::sink::{Format, MeshOptions, folder_of};
 use crate::source::dicom::Selector;
 use crate::source::{RawOptions, is_stream};
 
 /// More threads than any machine of this time has; a typing error of some zeros asks for more than
 /// the system gives.
 const MAX_THREADS: usize = 1024;
-
-/// Wrong use: one line, and perhaps what to do. Exit status 2.
-#[derive(Debug, PartialEq)]
-pub(crate) struct Usage {
-    pub(crate) message: String,
-    pub(crate) hint: Option<String>,
-}
-
-impl Usage {
-    pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), hint: None }
-    }
-
-    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
-    }
-}
 
 /// Where samples come from.
 #[derive(Clone, Debug)]
@@ -141,40 +124,13 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     if args.batch.resume && !matches!(output, Output::Folder(_)) {
         return Err(Usage::new("--resume keeps its record in an output folder").hint("-o meshes/"));
     }
-    let space = match args.output.space {
-        Some(SpaceArg::Ras) | None => Space::Ras,
-        Some(SpaceArg::Lps) => Space::Lps,
-        Some(SpaceArg::Voxel) => Space::Voxel,
-    };
-    let format = format(&args.output, &output)?;
-    let normals = args.surface.normals;
-    if normals && format == Format::Stl {
-        return Err(Usage::new(
-            "--normals: STL has no vertex normals, only those of its triangles",
-        )
-        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
-    }
-    let mesh = MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) };
-    let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let method = match args.surface.method {
-        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
-        Some(MethodArg::Cubes) | None => Method::Cubes,
-    };
-    let open = args.surface.open;
-    let surface = SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) };
+    let extract = extract(args, reading, &output)?;
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = threads(args.threads)?;
     let jobs = a_few("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
     Ok(Run {
         inputs,
-        extract: Extract {
-            reading,
-            mask: args.surface.mask.clone(),
-            steps: Steps::new(&args.steps, space),
-            surface,
-            space,
-            mesh,
-        },
+        extract,
         levels,
         output,
         pattern,
@@ -187,6 +143,37 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         jobs,
         max_memory: args.batch.max_memory,
         json: args.output.json,
+    })
+}
+
+/// What is made of each volume.
+fn extract(args: &ExtractArgs, reading: Reading, output: &Output) -> Result<Extract, Usage> {
+    let space = match args.output.space {
+        Some(SpaceArg::Ras) | None => Space::Ras,
+        Some(SpaceArg::Lps) => Space::Lps,
+        Some(SpaceArg::Voxel) => Space::Voxel,
+    };
+    let format = format(&args.output, output)?;
+    let normals = args.surface.normals;
+    if normals && format == Format::Stl {
+        return Err(Usage::new(
+            "--normals: STL has no vertex normals, only those of its triangles",
+        )
+        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
+    }
+    let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
+    let method = match args.surface.method {
+        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
+        Some(MethodArg::Cubes) | None => Method::Cubes,
+    };
+    let open = args.surface.open;
+    Ok(Extract {
+        reading,
+        mask: args.surface.mask.clone(),
+        steps: Steps::new(&args.steps, space),
+        surface: SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) },
+        space,
+        mesh: MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) },
     })
 }
 
@@ -378,15 +365,6 @@ fn at_least_one(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage
 
 pub(crate) fn is_dash(path: &Path) -> bool {
     path.as_os_str() == OsStr::new("-")
-}
-
-/// The folder that a path lies in; `.` for a bare name.
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
-        Some(parent) => parent,
-        None => Path::new("/"),
-    }
 }
 
 fn processors() -> usize {

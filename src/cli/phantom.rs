@@ -6,12 +6,14 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::args::PhantomArgs;
-use super::options::{self, Usage, folder_of, is_dash};
+use super::options::{self, is_dash};
 use super::report::{affine, measured};
 use super::term::Term;
+use super::usage::Usage;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
 use crate::phantom::Phantom;
+use crate::sink::folder_of;
 
 /// Writes the volume, and says what came of it.
 pub(crate) fn run(

@@ -343,3 +343,18 @@ fn an_open_mesh_has_no_outside_to_be_wound_to() {
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("closed NO, manifold yes, outward - (open)"), "{said}");
 }
+
+#[test]
+fn voxel_indices_are_no_way_out_where_they_are_too_coarse_too() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("long.raw"), vec![0; 140_000 * 4]).unwrap();
+    let long = "long.raw --dims 140000x2x2 --type u8 --iso 1 -o x.stl";
+    for space in ["voxel", "ras"] {
+        let (said, _) = sandbox.ends(1, &format!("{long} --space {space}"));
+        assert!(said.contains("cannot be told apart in the 32-bit floats"), "{said}");
+        assert!(said.contains("hint: --downsample makes") && !said.contains("--space"), "{said}");
+    }
+    let far = "long.raw --dims 140x1000x4 --type u8 --origin 1e9,0,0 --iso 1 -o x.stl";
+    let (said, _) = sandbox.ends(1, far);
+    assert!(said.contains("hint: --space voxel writes voxel indices instead"), "{said}");
+}
