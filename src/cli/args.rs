@@ -84,7 +84,7 @@ pub(crate) struct ExtractArgs {
     pub(crate) reading: ReadingArgs,
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
-    /// Threads of work in all [default: all processors]
+    /// Threads of work in all, at most 1024 [default: all processors]
     #[arg(long, value_name = "N", help_heading = "General")]
     pub(crate) threads: Option<usize>,
     /// Options by their long names in a TOML file; the command line wins
@@ -101,7 +101,8 @@ pub(crate) struct BatchArgs {
     #[arg(short, long)]
     pub(crate) recursive: bool,
     /// Names below the output folder, of {stem} {file} {parent} {series} {modality} {iso} {label}
-    /// [default: as the inputs lie]
+    /// {patient_id} {patient_name} [default: as the inputs lie]
+    #[expect(clippy::doc_markdown, reason = "printed as help, where a backtick would be one")]
     #[arg(long, value_name = "PATTERN")]
     pub(crate) name: Option<String>,
     /// Pass over what is done already, as the record in the output folder has it
@@ -113,7 +114,7 @@ pub(crate) struct BatchArgs {
     /// Stop at the first failure
     #[arg(long)]
     pub(crate) fail_fast: bool,
-    /// Scans side by side [default: as many as threads]
+    /// Scans side by side, never more than threads [default: as many as threads]
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<usize>,
     /// Memory for all scans together, such as 800M or 4G [default: half of what is free]
@@ -248,7 +249,8 @@ pub(crate) struct CheckArgs {
 
 #[derive(Args, Debug)]
 pub(crate) struct PhantomArgs {
-    /// sphere, ellipsoid, torus, gyroid, metaballs or skull (something like a CT of a head)
+    /// sphere, ellipsoid, torus, gyroid, metaballs, or skull (or skull-like: something like a CT of
+    /// a head)
     #[arg(value_name = "KIND", value_parser = value::shape)]
     pub(crate) shape: Shape,
     /// NIfTI file (.nii, .nii.gz), or - for standard output
@@ -272,7 +274,7 @@ pub(crate) struct PhantomArgs {
     #[arg(long = "type", value_name = "TYPE", value_parser = value::stored_type)]
     #[arg(default_value = "i16")]
     pub(crate) stored: StoredType,
-    /// Threads of work in all [default: all processors]
+    /// Threads of work in all, at most 1024 [default: all processors]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
     /// Report as JSON on standard output, one object a line

@@ -6,11 +6,12 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::args::CheckArgs;
-use super::report::{failed, grouped, measured};
+use super::report::{failed, measured};
 use super::term::Term;
 use crate::error::Kind;
 use crate::mesh::{Defects, Topology};
 use crate::reader;
+use crate::source::grouped;
 
 /// Looks at each mesh in turn; an error where one cannot be read or has a defect.
 pub(crate) fn run(args: &CheckArgs) -> Result<(), Kind> {

@@ -4,28 +4,27 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::batch::{Bar, Destination, Found, Gate, Need, Refused, Scan, Target};
+use super::gate::{Gate, Need, Refused};
 use super::input;
+use super::job::{Destination, Found, Scan, Target};
 use super::level::{self, Chosen, Level};
 use super::options::Extract;
-use super::report::{Done, Trouble};
+use super::report::Done;
+use super::trouble::Trouble;
 use crate::cancel::Cancel;
-use crate::error::Error;
-use crate::geom::Place;
-use crate::pipeline::{self, Report, RunError, RunOptions, Side, SurfaceOptions};
-use crate::sink::{Format, MeshFile, Sink, SinkError};
-use crate::source::{self, Volume, is_active};
+use crate::error::{Error, Kind};
+use crate::geom::{Grid, Place, Space};
+use crate::pipeline::{self, Progress, Report, RunError, RunOptions, Side, SurfaceOptions};
+use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink, SinkError};
+use crate::source::{self, SourceError, Volume, is_active};
 use crate::volume::{Meta, Note, StoredType};
-
-/// Bytes of PLY and OBJ faces that wait in memory.
-const SPOOLED: u64 = 64 << 20;
 
 /// What all scans of a run have in common.
 pub(crate) struct How<'a> {
     pub(crate) extract: &'a Extract,
     pub(crate) gate: &'a Gate,
     pub(crate) cancel: &'a Cancel,
-    pub(crate) progress: &'a Bar,
+    pub(crate) progress: &'a dyn Progress,
 }
 
 type Made = Result<Done, Trouble>;
@@ -36,7 +35,7 @@ pub(crate) fn memory(meta: &Meta, extract: &Extract, n_meshes: usize, threads: u
     let steps = &extract.steps;
     let is_wide = meta.series.is_some() || meta.padding.is_some() || steps.are_means();
     let sample = if is_wide { StoredType::F64 } else { meta.stored }.size();
-    let spooled = if extract.mesh.format == Format::Stl { 0 } else { SPOOLED };
+    let spooled = if extract.mesh.format == Format::Stl { 0 } else { SPOOL_BYTES as u64 };
     let spooled = spooled.min(pipeline::likely_triangles(meta.grid.dims).saturating_mul(8 * 13));
     let options = RunOptions { threads, ..RunOptions::default() };
     pipeline::working_bytes(meta.grid.dims, sample, n_meshes, spooled, &options)
@@ -172,8 +171,7 @@ impl Work<'_> {
         let extract = self.how.extract;
         let volume = self.shaped(members.first().map_or(0.0, |m| m.iso))?;
         let meta = volume.meta.clone();
-        let place =
-            Place::new(&meta.grid, extract.space).map_err(|e| Error::new(RunError::from(e)))?;
+        let place = place(&meta.grid, extract.space)?;
         let mut files = members
             .iter()
             .map(|m| create(&m.target.output, extract))
@@ -237,14 +235,30 @@ impl Work<'_> {
     /// The error, with the range that the values do have, from a second look at the data where
     /// there can be one.
     fn not_reached(&self, iso: f64) -> Error {
-        let look = || source::survey(self.stepped().ok()?).ok()?.range;
+        let look = || self.stepped().ok()?.survey(self.how.cancel).ok()?.range;
         let range = if self.scan.is_read_once() { None } else { look() };
+        if self.how.cancel.is_raised() {
+            return Error::new(RunError::Interrupted);
+        }
         let Extract { surface, mask, .. } = self.how.extract;
         Error::new(match range {
             Some((_, high)) if mask.is_some() && high <= 0.0 => RunError::NoLabel,
             _ => RunError::IsoNotReached { iso, range, open: surface.open },
         })
     }
+}
+
+/// The map to the output's coordinates. Where these are too coarse indices mostly are not; if they
+/// are, --space voxel is no way out.
+fn place(grid: &Grid, space: Space) -> Result<Place, Error> {
+    Place::new(grid, space).map_err(|e| match Place::new(grid, Space::Voxel) {
+        Ok(_) => Error::new(RunError::from(e)),
+        Err(_) => Error::new(SourceError::Other {
+            kind: Kind::OutOfRangeSpace,
+            message: e.to_string(),
+            hint: Some("--downsample makes an axis of fewer samples".to_owned()),
+        }),
+    })
 }
 
 /// Starts a mesh file, and the folders that it is to stand in.

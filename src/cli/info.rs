@@ -7,14 +7,15 @@ use serde_json::{Value, json};
 
 use super::args::InfoArgs;
 use super::input::{self, Opening};
-use super::options::{self, Input, Reading, Usage, reading};
-use super::report::{affine, failed, grouped};
+use super::options::{self, Input, Reading, reading};
+use super::report::{affine, failed};
 use super::study;
 use super::term::Term;
+use super::usage::Usage;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
 use crate::geom::orientation;
-use crate::source::{self, Content as Found, dicom};
+use crate::source::{self, Content, dicom, grouped};
 use crate::volume::{Meta, Survey};
 
 /// One volume: its facts, and its values where they were looked at.
@@ -25,7 +26,7 @@ struct Listed {
 }
 
 /// What an input holds.
-enum Content {
+enum Shown {
     /// DICOM, of which only headers were read.
     Study(Box<dicom::Study>),
     Volumes(Vec<Listed>),
@@ -43,12 +44,12 @@ pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result
     let mut result = Ok(());
     for (path, input) in inputs {
         match look(&input, &reading, &opening) {
-            Ok(content) => {
-                let told = match content {
-                    Content::Study(study) if args.json => Term::json(&study::object(path, &study)),
-                    Content::Study(study) => Term::text(&study::text(path, &study)),
-                    Content::Volumes(volumes) if args.json => Term::json(&object(path, &volumes)),
-                    Content::Volumes(volumes) => Term::text(&text(path, &volumes)),
+            Ok(shown) => {
+                let told = match shown {
+                    Shown::Study(study) if args.json => Term::json(&study::object(path, &study)),
+                    Shown::Study(study) => Term::text(&study::text(path, &study)),
+                    Shown::Volumes(volumes) if args.json => Term::json(&object(path, &volumes)),
+                    Shown::Volumes(volumes) => Term::text(&text(path, &volumes)),
                 };
                 result = told.and(result);
             }
@@ -59,29 +60,32 @@ pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result
                     Term::json(&failed("mcubes-info/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
+                if error.kind() == Kind::Interrupted {
+                    break;
+                }
             }
         }
     }
     Ok(result)
 }
 
-fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Content, Error> {
+fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Shown, Error> {
     let path = match input {
         Input::Path(path) => path.as_path(),
         Input::Stdin => Path::new("standard input"),
     };
     let is_dicom = reading.raw.is_none()
-        && matches!(source::sniff(path)?, Found::Folder | Found::Dicom | Found::Zip);
+        && matches!(source::sniff(path)?, Content::Folder | Content::Dicom | Content::Zip);
     if is_dicom && reading.series.is_none() {
         let study = input::study(path, opening)?;
         if study.volumes.is_empty() {
             study.default()?;
         }
-        return Ok(Content::Study(Box::new(study)));
+        return Ok(Shown::Study(Box::new(study)));
     }
     let volume = input::open(input, reading, opening)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
-    let survey = source::survey(volume).map_err(|e| Error::at(path, e))?;
+    let survey = volume.survey(&opening.cancel).map_err(|e| Error::at(path, e))?;
     let is_alone = is_dicom || reading.raw.is_some();
     let metas = if is_alone { vec![meta] } else { source::volumes_beside(&meta) };
     let listed = |meta: Meta| Listed {
@@ -89,7 +93,7 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Content, 
         survey: (meta.volume_number == number).then(|| survey.clone()),
         meta,
     };
-    Ok(Content::Volumes(metas.into_iter().map(listed).collect()))
+    Ok(Shown::Volumes(metas.into_iter().map(listed).collect()))
 }
 
 fn object(path: &Path, volumes: &[Listed]) -> Value {

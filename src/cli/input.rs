@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::bar::Headers;
-use super::batch::{Found, Scan};
+use super::job::{Found, Scan};
 use super::options::{Input, Reading};
 use super::term::Term;
 use crate::cancel::Cancel;

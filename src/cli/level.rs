@@ -123,7 +123,7 @@ pub(crate) fn resolve(
         Level::Labels => Ok(Chosen::plain(0.5)),
         Level::Tissue(tissue) => in_ct(tissue, meta.modality.as_deref()),
         Level::Auto => {
-            let survey = source::survey(open()?).map_err(Error::new)?;
+            let survey = open()?.survey(cancel).map_err(Error::new)?;
             let Some(iso) = survey.otsu else { return Err(Error::new(RunError::OneValue)) };
             Ok(Chosen::told(
                 iso,

@@ -6,16 +6,21 @@ mod batch;
 mod check;
 mod config;
 mod extract;
+mod gate;
 mod info;
 mod input;
+mod job;
 mod level;
 mod options;
+mod pattern;
 mod phantom;
 mod report;
 mod signals;
 mod steps;
 mod study;
 mod term;
+mod trouble;
+mod usage;
 mod value;
 mod wrong;
 
@@ -26,6 +31,7 @@ use clap::CommandFactory;
 use args::{Cli, Command};
 use term::Term;
 
+use crate::cancel::Cancel;
 use crate::error::Kind;
 
 /// Runs the command that the process was started with.
@@ -42,7 +48,13 @@ pub fn main() -> ExitCode {
         }
     };
     let term = Term::new(&cli.common);
-    let cancel = signals::cancel_on_signals();
+    let cancel = match cli.command {
+        None | Some(Command::Info(_) | Command::Phantom(_)) => signals::cancel_on_signals(),
+        Some(Command::Check(_) | Command::Completions { .. } | Command::Man) => {
+            signals::end_on_signals();
+            Cancel::new()
+        }
+    };
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, term, &cancel),
         Some(Command::Check(args)) => Ok(check::run(&args)),

@@ -1,7 +1,8 @@
 //! What was typed, understood: defaults filled in, options checked together.
 //!
 //! Everything that is wrong use by the arguments and the look of the file system alone is found
-//! here, before any input is opened.
+//! here, before any input is opened. What is left for later is two meshes with one name, which the
+//! headers decide.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -10,32 +11,19 @@ use super::args::{
     EndianArg, ExtractArgs, FormatArg, GapsArg, MethodArg, OutputArgs, ReadingArgs, SpaceArg,
     SurfaceArgs,
 };
-use super::batch::names::Pattern;
 use super::level::Level;
+use super::pattern::Pattern;
 use super::steps::Steps;
+use super::usage::Usage;
 use crate::geom::Space;
 use crate::pipeline::{Method, Side, SurfaceOptions};
-use crate::sink::{Format, MeshOptions};
+use crate::sink::{Format, MeshOptions, folder_of};
 use crate::source::dicom::Selector;
 use crate::source::{RawOptions, is_stream};
 
-/// Wrong use: one line, and perhaps what to do. Exit status 2.
-#[derive(Debug, PartialEq)]
-pub(crate) struct Usage {
-    pub(crate) message: String,
-    pub(crate) hint: Option<String>,
-}
-
-impl Usage {
-    pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), hint: None }
-    }
-
-    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
-    }
-}
+/// More threads than any machine of this time has; a typing error of some zeros asks for more than
+/// the system gives.
+const MAX_THREADS: usize = 1024;
 
 /// Where samples come from.
 #[derive(Clone, Debug)]
@@ -136,40 +124,13 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     if args.batch.resume && !matches!(output, Output::Folder(_)) {
         return Err(Usage::new("--resume keeps its record in an output folder").hint("-o meshes/"));
     }
-    let space = match args.output.space {
-        Some(SpaceArg::Ras) | None => Space::Ras,
-        Some(SpaceArg::Lps) => Space::Lps,
-        Some(SpaceArg::Voxel) => Space::Voxel,
-    };
-    let format = format(&args.output, &output)?;
-    let normals = args.surface.normals;
-    if normals && format == Format::Stl {
-        return Err(Usage::new(
-            "--normals: STL has no vertex normals, only those of its triangles",
-        )
-        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
-    }
-    let mesh = MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) };
-    let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
-    let method = match args.surface.method {
-        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
-        Some(MethodArg::Cubes) | None => Method::Cubes,
-    };
-    let open = args.surface.open;
-    let surface = SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) };
+    let extract = extract(args, reading, &output)?;
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = threads(args.threads)?;
-    let jobs = at_least_one("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
+    let jobs = a_few("--jobs", args.batch.jobs)?.unwrap_or(threads).min(threads);
     Ok(Run {
         inputs,
-        extract: Extract {
-            reading,
-            mask: args.surface.mask.clone(),
-            steps: Steps::new(&args.steps, space),
-            surface,
-            space,
-            mesh,
-        },
+        extract,
         levels,
         output,
         pattern,
@@ -182,6 +143,37 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         jobs,
         max_memory: args.batch.max_memory,
         json: args.output.json,
+    })
+}
+
+/// What is made of each volume.
+fn extract(args: &ExtractArgs, reading: Reading, output: &Output) -> Result<Extract, Usage> {
+    let space = match args.output.space {
+        Some(SpaceArg::Ras) | None => Space::Ras,
+        Some(SpaceArg::Lps) => Space::Lps,
+        Some(SpaceArg::Voxel) => Space::Voxel,
+    };
+    let format = format(&args.output, output)?;
+    let normals = args.surface.normals;
+    if normals && format == Format::Stl {
+        return Err(Usage::new(
+            "--normals: STL has no vertex normals, only those of its triangles",
+        )
+        .hint("-o mesh.ply or -o mesh.obj, or --format ply"));
+    }
+    let side = if args.surface.invert { Side::Below } else { Side::AtLeast };
+    let method = match args.surface.method {
+        Some(MethodArg::Tetrahedra) => Method::Tetrahedra,
+        Some(MethodArg::Cubes) | None => Method::Cubes,
+    };
+    let open = args.surface.open;
+    Ok(Extract {
+        reading,
+        mask: args.surface.mask.clone(),
+        steps: Steps::new(&args.steps, space),
+        surface: SurfaceOptions { side, method, open, normals, ..SurfaceOptions::at(0.5) },
+        space,
+        mesh: MeshOptions { ascii: args.output.ascii, space, normals, ..MeshOptions::new(format) },
     })
 }
 
@@ -303,6 +295,10 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
         if plain.exists() && !plain.is_dir() {
             return Err(Usage::new(format!("{shown}: is a file, a folder is wanted")));
         }
+        let above = if path.is_dir() { path } else { folder_of(path) };
+        if !args.batch.dry_run && !above.is_dir() {
+            return Err(no_folder(above, path));
+        }
         return Ok(Output::Folder(path.clone()));
     }
     if is_many {
@@ -311,8 +307,7 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
-            .hint(format!("mkdir -p {}", folder.display())));
+        return Err(no_folder(folder, folder));
     }
     for input in &args.inputs {
         if is_same_file(input, path) {
@@ -322,9 +317,25 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     Ok(Output::File(path.clone()))
 }
 
+/// A folder that is missing; `wanted` is what making would help.
+pub(crate) fn no_folder(missing: &Path, wanted: &Path) -> Usage {
+    Usage::new(format!("{}: there is no such folder", missing.display()))
+        .hint(format!("mkdir -p {}", wanted.display()))
+}
+
 /// How many threads: all processors where none are named.
 pub(crate) fn threads(named: Option<usize>) -> Result<usize, Usage> {
-    Ok(at_least_one("--threads", named)?.unwrap_or_else(processors))
+    Ok(a_few("--threads", named)?.unwrap_or_else(|| processors().min(MAX_THREADS)))
+}
+
+/// A number of threads, or of what runs on threads of its own.
+fn a_few(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage> {
+    match at_least_one(name, value)? {
+        Some(n) if n > MAX_THREADS => {
+            Err(Usage::new(format!("{name} is {n}, it must be at most {MAX_THREADS}")))
+        }
+        value => Ok(value),
+    }
 }
 
 /// Whether two paths name one file, which exists.
@@ -354,15 +365,6 @@ fn at_least_one(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage
 
 pub(crate) fn is_dash(path: &Path) -> bool {
     path.as_os_str() == OsStr::new("-")
-}
-
-/// The folder that a path lies in; `.` for a bare name.
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
-        Some(parent) => parent,
-        None => Path::new("/"),
-    }
 }
 
 fn processors() -> usize {

@@ -6,12 +6,14 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::args::PhantomArgs;
-use super::options::{self, Usage, folder_of, is_dash};
+use super::options::{self, is_dash};
 use super::report::{affine, measured};
 use super::term::Term;
+use super::usage::Usage;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
 use crate::phantom::Phantom;
+use crate::sink::folder_of;
 
 /// Writes the volume, and says what came of it.
 pub(crate) fn run(
@@ -66,8 +68,7 @@ fn output(path: &Path, json: bool) -> Result<Option<&Path>, Usage> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(Usage::new(format!("{}: there is no such folder", folder.display()))
-            .hint(format!("mkdir -p {}", folder.display())));
+        return Err(options::no_folder(folder, folder));
     }
     let unzipped = match path.extension() {
         Some(end) if end.eq_ignore_ascii_case("gz") => path.with_extension(""),

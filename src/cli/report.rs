@@ -2,33 +2,14 @@
 
 use serde_json::{Value, json};
 
-use super::batch::{Destination, Scan, Target};
+use super::job::{Destination, Scan, Target};
 use super::level::Level;
 use super::options::Extract;
-use crate::error::{Error, Kind};
+use super::trouble::Trouble;
 use crate::geom::{Affine, Space, orientation};
 use crate::pipeline::Report;
+use crate::source::grouped;
 use crate::volume::{Meta, Note};
-
-/// What went wrong, as far as it is told: an error that can be told more than once.
-#[derive(Clone, Debug)]
-pub(crate) struct Trouble {
-    pub(crate) kind: Kind,
-    pub(crate) message: String,
-    pub(crate) hint: Option<String>,
-}
-
-impl From<&Error> for Trouble {
-    fn from(error: &Error) -> Self {
-        Self { kind: error.kind(), message: error.to_string(), hint: error.hint() }
-    }
-}
-
-impl From<Error> for Trouble {
-    fn from(error: Error) -> Self {
-        Self::from(&error)
-    }
-}
 
 /// A mesh that was written.
 pub(crate) struct Done {
@@ -147,19 +128,6 @@ pub(crate) fn failed(schema: &str, input: &str, trouble: &Trouble) -> Value {
 pub(crate) fn affine(affine: &Affine) -> Value {
     let [x, y, z] = affine.rows();
     json!([x, y, z, [0.0, 0.0, 0.0, 1.0]])
-}
-
-/// A count with its thousands set apart: `26 214 400`.
-pub(crate) fn grouped(n: u64) -> String {
-    let digits = n.to_string();
-    let mut out = String::new();
-    for (at, digit) in digits.chars().enumerate() {
-        if at > 0 && (digits.len() - at).is_multiple_of(3) {
-            out.push(' ');
-        }
-        out.push(digit);
-    }
-    out
 }
 
 /// An area or a volume with as many digits as are of use.

@@ -6,8 +6,8 @@ use std::io::{IsTerminal, Write};
 use anstyle::{AnsiColor, Style};
 
 use super::args::{CommonArgs, When};
-use super::options::Usage;
-use super::report::Trouble;
+use super::trouble::Trouble;
+use super::usage::Usage;
 use crate::error::{Error, Kind};
 use crate::sink::SinkError;
 

@@ -158,7 +158,7 @@ pub(crate) fn stored_type(text: &str) -> Result<StoredType, String> {
 
 /// A phantom by its word; `skull-like` is the skull.
 pub(crate) fn shape(text: &str) -> Result<Shape, String> {
-    text.strip_suffix("-like").unwrap_or(text).parse()
+    if text == "skull-like" { Ok(Shape::Skull) } else { text.parse() }
 }
 
 #[cfg(test)]
@@ -190,6 +190,14 @@ mod tests {
         }
         for text in ["", "M", "-1", "1.5G", "4X", "0", "99999999999T", "1 G B"] {
             assert!(super::bytes(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn only_the_skull_is_like_something() {
+        assert_eq!((shape("skull"), shape("skull-like")), (Ok(Shape::Skull), Ok(Shape::Skull)));
+        for text in ["torus-like", "skull-like-like", "-like", "Skull"] {
+            assert!(shape(text).is_err(), "{text}");
         }
     }
 

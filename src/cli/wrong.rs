@@ -4,8 +4,8 @@ use std::process::exit;
 
 use clap::error::{ContextKind, ContextValue};
 
-use super::options::Usage;
 use super::term::Term;
+use super::usage::Usage;
 
 /// Ends the process: with help or the version if that is what was asked for, else as wrong use.
 pub(super) fn end(error: &clap::Error) -> ! {

@@ -23,7 +23,7 @@ pub enum RegridError {
         n: usize,
     },
     /// A box in output coordinates has an end that is not finite, or ends before it begins.
-    #[error("crop box {axis} {start}:{end}: the end must be greater, both finite")]
+    #[error("crop box {axis} {start}:{end}: both must be finite, the end not below the start")]
     BadBox {
         /// `x`, `y` or `z`.
         axis: char,
@@ -323,7 +323,9 @@ mod tests {
         assert_eq!(grid.box_around(Space::Lps, lps, lps).unwrap(), [3..4, 4..5, 5..6]);
         let far = grid.box_around(Space::Ras, [900.0; 3], [901.0; 3]);
         assert!(matches!(far, Err(RegridError::Misses { .. })));
-        assert!(matches!(grid.box_around(Space::Ras, q, p), Err(RegridError::BadBox { .. })));
+        let backward = grid.box_around(Space::Voxel, [0.0, 2.0, 0.0], [0.0, 1.0, 0.0]).unwrap_err();
+        let said = "crop box y 2:1: both must be finite, the end not below the start";
+        assert_eq!(backward.to_string(), said);
     }
 
     #[test]

@@ -37,6 +37,7 @@ pub(super) fn in_order<T: Sample>(
     }
     thread::scope(|scope| {
         let mut makers = Vec::with_capacity(n_makers);
+        let mut threads = Vec::with_capacity(n_makers);
         for maker in 0..n_makers {
             let (send_made, made) = sync_channel::<Made<T>>(2);
             let (send_back, back) = sync_channel(2);
@@ -46,23 +47,41 @@ pub(super) fn in_order<T: Sample>(
             }
             let mine = (maker..dims.nz()).step_by(n_makers);
             let work = move || make(planes, mine, &back, &send_made);
-            thread::Builder::new()
+            let thread = thread::Builder::new()
                 .spawn_scoped(scope, work)
                 .map_err(|e| PhantomError::Source(SourceError::Io(e)))?;
+            threads.push(thread);
             makers.push((made, send_back));
         }
-        // Whoever leaves this closes the channels, which ends the threads.
-        let makers = makers;
+        let mut done = Ok(());
         for k in 0..dims.nz() {
-            stop(cancel)?;
-            let Some((made, back)) = makers.get(k % n_makers) else { break };
-            let plane = made.recv().map_err(|_| SourceError::PlaneBuffer)??;
-            take(&plane)?;
-            // A thread that has made its last plane wants none back.
-            let _ = back.send(plane);
+            let Some(maker) = makers.get(k % n_makers) else { break };
+            done = stop(cancel).and_then(|()| hand_on(maker, &mut take));
+            if done.is_err() {
+                break;
+            }
         }
-        Ok(())
+        // Closes the channels, which ends the threads.
+        drop(makers);
+        for thread in threads {
+            // One that died was told when its plane was missed; not waited for it would end all.
+            let _ = thread.join();
+        }
+        done
     })
+}
+
+/// Takes the next plane of one thread, and gives the buffer back.
+fn hand_on<T>(
+    (made, back): &(Receiver<Made<T>>, SyncSender<Array2<T>>),
+    take: &mut impl FnMut(&Array2<T>) -> Result<(), PhantomError>,
+) -> Result<(), PhantomError> {
+    let died = PhantomError::Internal("a thread that makes planes ended before its time");
+    let plane = made.recv().map_err(|_| died)??;
+    take(&plane)?;
+    // A thread that has made its last plane wants none back.
+    let _ = back.send(plane);
+    Ok(())
 }
 
 /// Makes planes in the buffers that come back, until nobody wants them any more.
@@ -84,4 +103,29 @@ fn make<T: Sample>(
 
 fn stop(cancel: &Cancel) -> Result<(), PhantomError> {
     if cancel.is_raised() { Err(PhantomError::Interrupted) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::ArrayViewMut2;
+
+    use super::*;
+
+    /// Planes of which one is the end of the thread that makes it.
+    struct Deadly;
+
+    impl PositionedPlanes<u8> for Deadly {
+        fn read_plane(&self, k: usize, _: ArrayViewMut2<'_, u8>) -> Result<(), SourceError> {
+            assert!(k != 5, "meant to end this thread");
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_thread_that_died_is_told_as_such() {
+        let dims = Dims::checked(2, 2, 9, 1).unwrap();
+        let told = in_order(&Deadly, dims, 3, &Cancel::new(), |_| Ok(()));
+        let said = told.unwrap_err().to_string();
+        assert_eq!(said, "internal error: a thread that makes planes ended before its time");
+    }
 }

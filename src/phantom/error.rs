@@ -24,6 +24,9 @@ pub enum PhantomError {
     /// The file could not be written.
     #[error(transparent)]
     Sink(#[from] SinkError),
+    /// A mistake of the program itself.
+    #[error("internal error: {0}")]
+    Internal(&'static str),
     /// Asked to stop.
     #[error("interrupted")]
     Interrupted,
@@ -38,6 +41,7 @@ impl Failure for PhantomError {
             Self::Noise(_) => Kind::BadConfig,
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
+            Self::Internal(_) => Kind::Internal,
             Self::Interrupted => Kind::Interrupted,
         }
     }

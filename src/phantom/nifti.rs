@@ -10,7 +10,7 @@ use flate2::write::GzEncoder;
 use super::PhantomError;
 use super::ahead::in_order;
 use crate::cancel::Cancel;
-use crate::sink::{SinkError, Target};
+use crate::sink::Target;
 use crate::source::{Planes, SourceError, Volume};
 use crate::volume::{Meta, Sample, StoredType};
 use crate::with_planes;
@@ -34,18 +34,21 @@ pub(super) fn write(
     let Volume { meta, planes } = volume;
     let zipped = path.and_then(Path::extension).is_some_and(|e| e.eq_ignore_ascii_case("gz"));
     let target = path.map_or_else(Target::stdout, Target::create)?;
-    let file = target.file().try_clone().map_err(SinkError::Io)?;
+    let fault = |e| target.fault(e);
+    let file = target.file().try_clone().map_err(fault)?;
     let mut out = BufWriter::with_capacity(256 << 10, file);
+    let run = |out: &mut dyn Write| {
+        out.write_all(&header(&meta)).map_err(fault)?;
+        with_planes!(planes, planes => copy(&meta, planes, out, &target, threads, cancel))
+    };
     if zipped {
         let mut encoder = GzEncoder::new(&mut out, Compression::new(LEVEL));
-        encoder.write_all(&header(&meta)).map_err(SinkError::Io)?;
-        with_planes!(planes, planes => copy(&meta, planes, &mut encoder, threads, cancel)?);
-        encoder.finish().map_err(SinkError::Io)?;
+        run(&mut encoder)?;
+        encoder.finish().map_err(fault)?;
     } else {
-        out.write_all(&header(&meta)).map_err(SinkError::Io)?;
-        with_planes!(planes, planes => copy(&meta, planes, &mut out, threads, cancel)?);
+        run(&mut out)?;
     }
-    out.flush().map_err(SinkError::Io)?;
+    out.flush().map_err(fault)?;
     drop(out);
     target.commit()?;
     Ok(())
@@ -54,20 +57,23 @@ pub(super) fn write(
 fn copy<T: Sample>(
     meta: &Meta,
     planes: Planes<'_, T>,
-    out: &mut impl Write,
+    out: &mut dyn Write,
+    target: &Target,
     threads: usize,
     cancel: &Cancel,
 ) -> Result<(), PhantomError> {
     // A phantom's planes are made where they are wanted, so there is no other way to have them.
-    let Planes::Positioned(planes) = planes else { return Err(SourceError::PlaneBuffer.into()) };
+    let Planes::Positioned(planes) = planes else {
+        return Err(PhantomError::Internal("the planes of a phantom cannot be had in any order"));
+    };
     in_order(&*planes, meta.grid.dims, threads, cancel, |plane| {
         let samples = plane.as_slice().ok_or(SourceError::PlaneBuffer)?;
-        Ok(put(meta.stored, samples, out).map_err(SinkError::Io)?)
+        Ok(put(meta.stored, samples, out).map_err(|e| target.fault(e))?)
     })
 }
 
 /// Samples as little-endian bytes; `f64` of a volume of 64-bit integers as these.
-fn put<T: Sample>(stored: StoredType, samples: &[T], out: &mut impl Write) -> io::Result<()> {
+fn put<T: Sample>(stored: StoredType, samples: &[T], out: &mut dyn Write) -> io::Result<()> {
     if let (StoredType::I64 | StoredType::U64, StoredType::F64) = (stored, T::TYPE) {
         let bytes: Vec<u8> = samples
             .iter()

@@ -73,7 +73,7 @@ impl Target {
     }
 
     /// The error of writing to [`Self::file`].
-    pub(super) fn fault(&self, e: io::Error) -> SinkError {
+    pub(crate) fn fault(&self, e: io::Error) -> SinkError {
         match &self.goal {
             Goal::Rename(..) => SinkError::Io(e),
             Goal::Copy(..) | Goal::Stdout(_) => temporary(e),
@@ -138,8 +138,8 @@ fn is_descriptor(path: &Path) -> bool {
         || path.starts_with("/proc")
 }
 
-/// The folder that a file stands in.
-pub(super) fn folder_of(path: &Path) -> &Path {
+/// The folder that a file stands in; `.` for a bare name.
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

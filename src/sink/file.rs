@@ -16,7 +16,7 @@ use super::format::{Layout, MeshOptions};
 use super::{Encoded, Encoder, Format, Sink, SinkError};
 
 /// Faces kept in memory, in bytes.
-const SPOOL_BYTES: usize = 64 << 20;
+pub(crate) const SPOOL_BYTES: usize = 64 << 20;
 
 /// Small patches are gathered to writes of this many bytes.
 const WRITE_BYTES: usize = 256 << 10;

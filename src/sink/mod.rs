@@ -12,9 +12,10 @@ mod ply;
 mod stl;
 mod text;
 
-pub(crate) use atomic::Target;
+pub(crate) use atomic::{Target, folder_of};
 pub use error::SinkError;
 pub use file::MeshFile;
+pub(crate) use file::SPOOL_BYTES;
 pub use format::{Format, MeshOptions};
 
 use obj::ObjEncoder;

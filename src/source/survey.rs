@@ -3,6 +3,8 @@
 use ndarray::{ArrayViewMut2, Axis};
 
 use super::{Planes, SourceError, Volume};
+use crate::cancel::Cancel;
+use crate::error::Kind;
 use crate::volume::{Meta, Note, Sample, Survey, Tally};
 use crate::with_planes;
 
@@ -12,15 +14,30 @@ use crate::with_planes;
 /// # Errors
 /// Whatever the planes have to say; too little memory for one plane.
 pub fn survey(volume: Volume<'_>) -> Result<Survey, SourceError> {
-    let Volume { meta, planes } = volume;
-    with_planes!(planes, planes => of(&meta, planes))
+    volume.survey(&Cancel::new())
 }
 
-fn of<T: Sample>(meta: &Meta, planes: Planes<'_, T>) -> Result<Survey, SourceError> {
+impl Volume<'_> {
+    /// The same as [`survey`], which ends at the next plane where a stop is asked for.
+    ///
+    /// # Errors
+    /// Those of [`survey`]; one of the kind [`Kind::Interrupted`].
+    pub fn survey(self, cancel: &Cancel) -> Result<Survey, SourceError> {
+        let Volume { meta, planes } = self;
+        with_planes!(planes, planes => of(&meta, planes, cancel))
+    }
+}
+
+fn of<T: Sample>(
+    meta: &Meta,
+    planes: Planes<'_, T>,
+    cancel: &Cancel,
+) -> Result<Survey, SourceError> {
     let [nx, ny, nz] = meta.grid.dims.to_array();
     let mut tally = Tally::<T>::new(meta.padding);
     if let Planes::Resident(array) = &planes {
         for source in array.axis_iter(Axis(0)) {
+            go_on(cancel)?;
             match source.as_slice() {
                 Some(samples) => tally.add(samples),
                 None => source.rows().into_iter().for_each(|row| tally.add(&row.to_vec())),
@@ -31,6 +48,7 @@ fn of<T: Sample>(meta: &Meta, planes: Planes<'_, T>) -> Result<Survey, SourceErr
     let mut plane = super::buffer::<T>(nx * ny)?;
     let mut notes: Vec<Note> = Vec::new();
     let mut lend = |fill: &mut dyn FnMut(ArrayViewMut2<'_, T>) -> Result<(), SourceError>| {
+        go_on(cancel)?;
         let view = ArrayViewMut2::from_shape((ny, nx), &mut plane[..]);
         fill(view.map_err(|_| SourceError::PlaneBuffer)?)?;
         tally.add(&plane);
@@ -51,4 +69,12 @@ fn of<T: Sample>(meta: &Meta, planes: Planes<'_, T>) -> Result<Survey, SourceErr
         Planes::Resident(_) => {}
     }
     Ok(Survey::new(meta, tally, notes))
+}
+
+fn go_on(cancel: &Cancel) -> Result<(), SourceError> {
+    if !cancel.is_raised() {
+        return Ok(());
+    }
+    let message = "interrupted".to_owned();
+    Err(SourceError::Other { kind: Kind::Interrupted, message, hint: None })
 }

@@ -8,6 +8,7 @@ mod levels;
 mod pipes;
 mod resume;
 mod run;
+mod slurm;
 mod tree;
 
 use super::support::repository;

@@ -1,5 +1,7 @@
 //! The command line, as typed.
 
+mod ends;
+
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -57,6 +59,15 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a", "--iso", "3", "-o", "x.stl", "--offset", "4"], "--dims is missing"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--dims", "2x0x2"], "at least 1"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--threads", "0"], "must be at least 1"),
+        (vec!["a", "--iso", "3", "-o", "x.stl", "--threads", "1000000000"], "at most 1024"),
+        (
+            vec!["a", "--iso", "3", "-o", "x/", "--jobs", "1025"],
+            "--jobs is 1025, it must be at most",
+        ),
+        (vec!["phantom", "sphere", "-o", "x.nii", "--threads", "1025"], "at most 1024"),
+        (vec!["phantom", "torus-like", "-o", "x.nii"], "torus-like"),
+        // That two meshes would have one name is known from inputs: the folder comes first.
+        (vec!["in.stl", "in.stl", "--iso", "3", "-o", "no/x/"], "no: there is no such folder"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--volume", "0"], "must be at least 1"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--series", "0"], "counts from 1"),
         (vec!["a", "--iso", "3", "--mask", "1", "-o", "x.stl"], "cannot be used with"),
@@ -280,6 +291,7 @@ fn help_fits_a_screen_wide_and_completions_and_manual_know_every_option() {
     let sandbox = Sandbox::new();
     let help = String::from_utf8(sandbox.run(&["--help"]).stdout).unwrap();
     assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    assert!(help.contains("{patient_id} {patient_name}"), "{help}");
     let script = String::from_utf8(sandbox.run(&["completions", "bash"]).stdout).unwrap();
     let manual = String::from_utf8(sandbox.run(&["man"]).stdout).unwrap();
     let options = help.split_whitespace().filter(|word| word.starts_with("--"));
@@ -320,24 +332,6 @@ fn padding_that_would_be_inside_is_no_surface() {
 }
 
 #[test]
-fn limits_and_temporary_files_are_told_as_what_they_are() {
-    let sandbox = Sandbox::new();
-    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "x.stl", "--max-memory", "1"]);
-    assert!(stderr(&output).contains("the limit is 1 byte\n"), "{}", stderr(&output));
-    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "x.stl", "--max-memory", "1025"]);
-    assert!(stderr(&output).contains("the limit is 1 025 bytes\n"), "{}", stderr(&output));
-    let mut command = sandbox.command(&[&plain(), "--iso", "0.5", "-o", "-"]);
-    let output = command.env("TMPDIR", "/nowhere").output().unwrap();
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("the temporary file in /nowhere cannot be written: there is no such folder"),
-        "{said}"
-    );
-    assert!(said.contains("hint: TMPDIR names another folder for it"), "{said}");
-}
-
-#[test]
 fn an_open_mesh_has_no_outside_to_be_wound_to() {
     let sandbox = Sandbox::new();
     std::fs::write(sandbox.path("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
@@ -348,4 +342,19 @@ fn an_open_mesh_has_no_outside_to_be_wound_to() {
     let output = sandbox.run(&["check", "one.obj"]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("closed NO, manifold yes, outward - (open)"), "{said}");
+}
+
+#[test]
+fn voxel_indices_are_no_way_out_where_they_are_too_coarse_too() {
+    let sandbox = Sandbox::new();
+    std::fs::write(sandbox.path("long.raw"), vec![0; 140_000 * 4]).unwrap();
+    let long = "long.raw --dims 140000x2x2 --type u8 --iso 1 -o x.stl";
+    for space in ["voxel", "ras"] {
+        let (said, _) = sandbox.ends(1, &format!("{long} --space {space}"));
+        assert!(said.contains("cannot be told apart in the 32-bit floats"), "{said}");
+        assert!(said.contains("hint: --downsample makes") && !said.contains("--space"), "{said}");
+    }
+    let far = "long.raw --dims 140x1000x4 --type u8 --origin 1e9,0,0 --iso 1 -o x.stl";
+    let (said, _) = sandbox.ends(1, far);
+    assert!(said.contains("hint: --space voxel writes voxel indices instead"), "{said}");
 }

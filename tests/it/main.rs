@@ -30,7 +30,6 @@ mod phantom;
 mod raw;
 mod read_back;
 mod readers;
-mod signals;
 mod steps;
 mod surface;
 mod survey;

@@ -1,18 +1,17 @@
-//! Imports go one way, and no file grows beyond what one reads in one go.
+//! Imports go one way, within the command line too, and no file grows beyond what one reads in one go.
 
 use std::path::{Path, PathBuf};
 
 use crate::support::repository;
 
 /// The modules of the library and the binary from the ground up. A module imports from lines above
-/// its own only, never from its neighbours. A name may stand here before there is such a module.
+/// its own only, never from its neighbours.
 const LAYERS: &[&[&str]] = &[
     &["error", "limits", "cancel"],
     &["geom"],
     &["volume", "mesh"],
     &["source", "kernel", "sink", "reader"],
     &["pipeline", "phantom"],
-    &["batch"],
     &["cli"],
     &["main"],
 ];
@@ -140,6 +139,102 @@ fn an_import_against_the_order_is_found() {
         assert_eq!(wrong_imports(line, module, depth), Vec::<String>::new(), "{module}: {line}");
     }
     assert_eq!(wrong_imports("", "elsewhere", 1).len(), 1);
+}
+
+#[test]
+fn each_layer_is_a_module() {
+    for module in LAYERS.iter().copied().flatten() {
+        let found = [format!("src/{module}.rs"), format!("src/{module}/mod.rs")];
+        assert!(found.iter().any(|path| repository(path).exists()), "{module}");
+    }
+}
+
+/// The modules that a file of the command line imports from, of those in `all`; `own` is its own.
+/// A module may import from those that it holds, so none of these from it.
+fn imported(text: &str, own: &str, all: &[String]) -> Vec<String> {
+    let mut found = Vec::new();
+    for import in text.split("\nuse ").skip(1) {
+        let import: String = import.split(';').next().unwrap().split_whitespace().collect();
+        let mut base = own;
+        let mut rest = import.as_str();
+        while let Some(above) = rest.strip_prefix("super::") {
+            (base, rest) = (base.rsplit_once("::").map_or("", |(above, _)| above), above);
+        }
+        if let Some(inner) = rest.strip_prefix("crate::") {
+            (base, rest) = ("", inner);
+        }
+        let (path, names) = rest.split_once('{').unwrap_or((rest, ""));
+        let names = names.trim_end_matches('}').split(',').map(|name| format!("{path}{name}"));
+        for name in names {
+            let whole = format!("{base}::{name}");
+            let whole = whole.trim_start_matches("::");
+            // The longest module that the path begins with; what is left are its items.
+            let is_of = |module: &&String| {
+                whole
+                    .strip_prefix(module.as_str())
+                    .is_some_and(|r| r.is_empty() || r.starts_with("::"))
+            };
+            found.extend(all.iter().filter(is_of).max_by_key(|module| module.len()).cloned());
+        }
+    }
+    found.retain(|module| module != own);
+    found
+}
+
+/// A circle of imports, if there is one.
+fn circle(imports: &[(String, Vec<String>)]) -> Option<Vec<String>> {
+    // What imports nothing that is left is taken away, until nothing is.
+    let mut left: Vec<&(String, Vec<String>)> = imports.iter().collect();
+    loop {
+        let names: Vec<&String> = left.iter().map(|(name, _)| name).collect();
+        let n = left.len();
+        let mut kept = left.clone();
+        kept.retain(|(_, from)| from.iter().any(|name| names.contains(&name)));
+        if kept.is_empty() {
+            return None;
+        }
+        if kept.len() == n {
+            return Some(names.into_iter().cloned().collect());
+        }
+        left = kept;
+    }
+}
+
+#[test]
+fn imports_within_the_command_line_go_in_no_circle() {
+    let path_of = |path: &PathBuf| {
+        let inner = path.strip_prefix(repository("src")).unwrap().with_extension("");
+        let name = inner.display().to_string().replace('/', "::");
+        name.strip_suffix("::mod").map_or(name.clone(), str::to_owned)
+    };
+    let sources = files("src/cli", &["rs"]);
+    let all: Vec<String> = sources.iter().map(path_of).collect();
+    let imports: Vec<(String, Vec<String>)> = sources
+        .iter()
+        .zip(&all)
+        .map(|(path, own)| {
+            let text = std::fs::read_to_string(path).unwrap();
+            (own.clone(), imported(&text, own, &all))
+        })
+        .collect();
+    let n_imports: usize = imports.iter().map(|(_, from)| from.len()).sum();
+    assert!(n_imports > 80, "{n_imports} imports");
+    assert_eq!(circle(&imports), None);
+}
+
+#[test]
+fn a_circle_is_found() {
+    let all = ["cli", "cli::a", "cli::b", "cli::b::c"].map(str::to_owned);
+    let a = "\nuse super::b::{c,\n    Item};\nuse crate::geom::Dims;";
+    assert_eq!(imported(a, "cli::a", &all), ["cli::b::c", "cli::b"]);
+    assert_eq!(imported("\nuse super::super::a::Item;", "cli::b::c", &all), ["cli::a"]);
+    assert_eq!(imported("\nuse a::Item;\nuse std::fmt;", "cli", &all), ["cli::a"]);
+    let of = |from: &[(&str, &[&str])]| {
+        let owned = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect();
+        from.iter().map(|&(n, names)| (n.to_owned(), owned(names))).collect::<Vec<_>>()
+    };
+    assert_eq!(circle(&of(&[("a", &["b"]), ("b", &["c"]), ("c", &[])])), None);
+    assert!(circle(&of(&[("a", &["b"]), ("b", &["c"]), ("c", &["b"])])).is_some());
 }
 
 #[test]

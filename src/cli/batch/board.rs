@@ -72,7 +72,7 @@ fn set_style(bar: &ProgressBar, template: &str) {
 }
 
 /// The bar of one scan; it goes away with it.
-pub(in crate::cli) struct Bar(ProgressBar);
+pub(super) struct Bar(ProgressBar);
 
 impl Drop for Bar {
     fn drop(&mut self) {

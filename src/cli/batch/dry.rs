@@ -4,15 +4,15 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use super::{Found, Job};
 use crate::cancel::Cancel;
+use crate::cli::job::{Found, Job, Target};
 use crate::cli::options::{Extract, Run};
-use crate::cli::report::{self, Trouble, grouped};
 use crate::cli::term::{Term, one_line};
-use crate::cli::{extract, input};
+use crate::cli::trouble::Trouble;
+use crate::cli::{extract, input, report};
 use crate::error::{Error, Kind};
 use crate::pipeline::{self, Method, RunError};
-use crate::source::SourceError;
+use crate::source::{SourceError, grouped};
 use crate::volume::Meta;
 
 /// Tells of each job what would be read, chosen and written.
@@ -118,7 +118,7 @@ fn text(job: &Job, plan: &Plan) -> String {
 
 fn objects(job: &Job, plan: &Plan, place: &Value) -> Vec<Value> {
     let Plan { meta, memory, triangles } = plan;
-    let object = |target: &super::Target| {
+    let object = |target: &Target| {
         json!({
             "schema": "mcubes/1",
             "status": "planned",

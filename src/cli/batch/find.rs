@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::board::Board;
-use super::{Found, Scan};
 use crate::cancel::Cancel;
+use crate::cli::job::{Found, Scan};
 use crate::cli::options::{Run, is_dash};
-use crate::cli::report::Trouble;
+use crate::cli::trouble::Trouble;
 use crate::error::{Error, Kind};
 use crate::source::dicom::{self, Study};
 use crate::source::{self, Content, SourceError};

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
-use super::{Found, Scan};
+use crate::cli::job::{Found, Scan};
 use crate::source;
 
 /// Bytes of each input file that are read: headers lie within, so that a file that was replaced by

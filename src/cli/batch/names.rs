@@ -4,95 +4,15 @@ use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 
-use super::{Destination, Found, Job, Scan, Target};
+use crate::cli::job::{Destination, Found, Job, Scan, Target};
 use crate::cli::level::Level;
-use crate::cli::options::{Output, Run, Usage, is_same_file};
+use crate::cli::options::{Output, Run, is_same_file};
+use crate::cli::pattern::{Field, Pattern};
+use crate::cli::usage::Usage;
 use crate::source::dicom::PatientField;
 
 /// The most bytes of one name that all file systems take, less what a temporary name adds.
 const MAX_NAME: usize = 200;
-
-/// A name with fields, as typed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Pattern(Vec<Piece>);
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Piece {
-    Text(String),
-    Field(Field),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Field {
-    Stem,
-    File,
-    Parent,
-    Series,
-    Modality,
-    Iso,
-    Label,
-    Patient(PatientField),
-}
-
-impl Field {
-    const ALL: [(&'static str, Self); 9] = [
-        ("stem", Self::Stem),
-        ("file", Self::File),
-        ("parent", Self::Parent),
-        ("series", Self::Series),
-        ("modality", Self::Modality),
-        ("iso", Self::Iso),
-        ("label", Self::Label),
-        ("patient_id", Self::Patient(PatientField::Id)),
-        ("patient_name", Self::Patient(PatientField::Name)),
-    ];
-}
-
-impl Pattern {
-    /// Understands `{field}` and text around it.
-    pub(crate) fn parse(text: &str) -> Result<Self, Usage> {
-        let wrong = |what: String| {
-            let names: Vec<String> = Field::ALL.iter().map(|(n, _)| format!("{{{n}}}")).collect();
-            Usage::new(format!("--name {text}: {what}"))
-                .hint(format!("fields: {}", names.join(" ")))
-        };
-        let mut pieces = Vec::new();
-        let mut rest = text;
-        while let Some((before, after)) = rest.split_once('{') {
-            let Some((name, after)) = after.split_once('}') else {
-                return Err(wrong("a { without }".to_owned()));
-            };
-            let field = Field::ALL.iter().find(|(n, _)| *n == name).map(|(_, field)| *field);
-            let field = field.ok_or_else(|| wrong(format!("no field is called {{{name}}}")))?;
-            pieces.extend([Piece::Text(before.to_owned()), Piece::Field(field)]);
-            rest = after;
-        }
-        pieces.push(Piece::Text(rest.to_owned()));
-        let leaves = Path::new(text)
-            .components()
-            .any(|c| !matches!(c, Component::Normal(_) | Component::CurDir));
-        if leaves || text.chars().any(|c| c.is_control() || c == '\\') {
-            return Err(wrong("it must stay below the output folder".to_owned()));
-        }
-        if text.trim_matches(['/', '.']).is_empty() {
-            return Err(wrong("it is empty".to_owned()));
-        }
-        Ok(Self(pieces))
-    }
-
-    /// The name below the output folder, without extension.
-    fn name(&self, scan: &Scan, level: Level, labels: &str) -> PathBuf {
-        let mut name = String::new();
-        for piece in &self.0 {
-            match piece {
-                Piece::Text(text) => name.push_str(text),
-                Piece::Field(field) => name.push_str(&scan.field(*field, level, labels)),
-            }
-        }
-        let parts = name.split('/').filter(|part| !part.is_empty() && *part != ".");
-        parts.map(tame).collect()
-    }
-}
 
 impl Scan {
     fn field(&self, field: Field, level: Level, labels: &str) -> String {
@@ -114,15 +34,7 @@ impl Scan {
     /// was typed, those typed.
     fn folders(&self) -> Vec<String> {
         let typed = || self.path.parent().unwrap_or(Path::new(""));
-        self.parent
-            .as_deref()
-            .unwrap_or_else(typed)
-            .components()
-            .filter_map(|c| match c {
-                Component::Normal(name) => Some(tame(&readable(name))),
-                _ => None,
-            })
-            .collect()
+        folder_names(self.parent.as_deref().unwrap_or_else(typed)).collect()
     }
 
     fn file(&self) -> String {
@@ -186,12 +98,22 @@ impl Scan {
             name = format!("{name}_iso{level}");
         }
         let below = self.parent.as_deref().unwrap_or(Path::new(""));
-        let folders = below.components().filter_map(|c| match c {
-            Component::Normal(name) => Some(tame(&readable(name))),
-            _ => None,
-        });
-        folders.chain([tame(&name)]).collect()
+        folder_names(below).chain([tame(&name)]).collect()
     }
+}
+
+/// The folders of a path by their names, which lead nowhere else.
+fn folder_names(path: &Path) -> impl Iterator<Item = String> {
+    path.components().filter_map(|c| match c {
+        Component::Normal(name) => Some(tame(&readable(name))),
+        _ => None,
+    })
+}
+
+/// The name below the output folder, without extension, that a pattern gives a mesh.
+fn pattern_name(pattern: &Pattern, scan: &Scan, level: Level, labels: &str) -> PathBuf {
+    let name = pattern.filled(|field| scan.field(field, level, labels));
+    name.split('/').filter(|part| !part.is_empty() && *part != ".").map(tame).collect()
 }
 
 /// The name before an extension that is one of `known`, if anything is left.
@@ -237,7 +159,7 @@ pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
         Output::File(path) => Destination::File(path.clone()),
         Output::Folder(folder) => {
             let name = match &run.pattern {
-                Some(pattern) => pattern.name(scan, level, &labels),
+                Some(pattern) => pattern_name(pattern, scan, level, &labels),
                 None => scan.plain_name(level, run.levels.len() > 1),
             };
             Destination::File(folder.join(with_extension(name, run.extract.mesh.format.as_str())))
@@ -289,17 +211,6 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
     Ok(())
 }
 
-/// The folder that must be there for an output folder to be made; the folder itself where it is.
-pub(super) fn folder_above(folder: &Path) -> &Path {
-    if folder.is_dir() {
-        return folder;
-    }
-    match folder.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -311,17 +222,5 @@ mod tests {
         assert_eq!(tame(""), "_");
         assert_eq!(tame("Müller^Ä\n"), "Müller^Ä_");
         assert!(tame(&"ä".repeat(300)).len() <= MAX_NAME);
-    }
-
-    #[test]
-    fn patterns_are_checked() {
-        for text in ["{stem}", "{parent}/{stem}_{iso}", "a/{modality}/{series}{label}", "./{file}"]
-        {
-            assert!(Pattern::parse(text).is_ok(), "{text}");
-        }
-        for text in ["", "/", ".", "../{stem}", "/{stem}", "{stem", "{nope}", "a/../{stem}", "a\n"]
-        {
-            assert!(Pattern::parse(text).is_err(), "{text:?}");
-        }
     }
 }

@@ -12,7 +12,8 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value, json};
 
-use super::{Target, identity};
+use super::identity;
+use crate::cli::job::Target;
 use crate::cli::options::Extract;
 
 /// How the record's files begin; each shard has one of its own, so that shards may run on machines

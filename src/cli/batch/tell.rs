@@ -3,10 +3,11 @@
 use std::fmt::Write;
 use std::time::Instant;
 
-use super::{Job, Scan, Target};
+use crate::cli::job::{Job, Scan, Target};
 use crate::cli::options::{Output, Run};
-use crate::cli::report::{self, Done, Trouble};
+use crate::cli::report::{self, Done};
 use crate::cli::term::{Term, one_line};
+use crate::cli::trouble::Trouble;
 use crate::error::Kind;
 
 /// What came of a mesh.

@@ -4,11 +4,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::board::Board;
+use super::identity;
 use super::record::{Made, Record};
 use super::tell::{Outcome, Teller};
-use super::{Found, Gate, Job, Scan, Target, identity};
 use crate::cancel::Cancel;
 use crate::cli::extract::{self, How};
+use crate::cli::gate::Gate;
+use crate::cli::job::{Found, Job, Scan, Target};
 use crate::cli::options::{Output, Run};
 use crate::error::Kind;
 use crate::volume::Note;

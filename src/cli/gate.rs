@@ -10,15 +10,15 @@ use crate::cancel::Cancel;
 const HUGE_BYTES: u64 = 256 << 20;
 
 /// What one scan needs.
-pub(in crate::cli) struct Need<'a> {
+pub(crate) struct Need<'a> {
     /// Bytes of the samples.
-    pub(in crate::cli) sample_bytes: u64,
+    pub(crate) sample_bytes: u64,
     /// Bytes of memory that work takes on a number of threads.
-    pub(in crate::cli) memory: &'a (dyn Fn(usize) -> u64 + Sync),
+    pub(crate) memory: &'a (dyn Fn(usize) -> u64 + Sync),
 }
 
 /// Threads and memory of all scans together.
-pub(in crate::cli) struct Gate {
+pub(crate) struct Gate {
     free: Mutex<Free>,
     changed: Condvar,
     threads: usize,
@@ -39,14 +39,14 @@ struct Free {
 }
 
 /// Leave to work, given back when dropped.
-pub(in crate::cli) struct Permit<'g> {
+pub(crate) struct Permit<'g> {
     gate: &'g Gate,
-    pub(in crate::cli) threads: usize,
+    pub(crate) threads: usize,
     memory: u64,
 }
 
 /// Why no permit was given.
-pub(in crate::cli) enum Refused {
+pub(crate) enum Refused {
     Interrupted,
     TooLarge { needed: u64, limit: u64 },
 }
@@ -54,7 +54,7 @@ pub(in crate::cli) enum Refused {
 impl Gate {
     /// `threads` in all, for `jobs` scans at a time; a limit that was asked for, or a share of what
     /// the machine has free.
-    pub(super) fn new(threads: usize, jobs: usize, asked: Option<u64>, n_scans: usize) -> Self {
+    pub(crate) fn new(threads: usize, jobs: usize, asked: Option<u64>, n_scans: usize) -> Self {
         let memory = asked.unwrap_or_else(|| available_memory() / 2);
         let free = Free { threads, memory, scans_left: n_scans, next_ticket: 0, serving: 0 };
         Self {
@@ -72,7 +72,7 @@ impl Gate {
     }
 
     /// A scan that asks for nothing is done: failed early, or skipped.
-    pub(in crate::cli) fn pass(&self) {
+    pub(crate) fn pass(&self) {
         let mut free = self.lock();
         free.scans_left = free.scans_left.saturating_sub(1);
         self.changed.notify_all();
@@ -80,11 +80,7 @@ impl Gate {
 
     /// Waits for its turn, and until there is room. A small scan works on its share of the threads
     /// (all, where it is the last), a huge one on all of them.
-    pub(in crate::cli) fn enter(
-        &self,
-        need: &Need<'_>,
-        cancel: &Cancel,
-    ) -> Result<Permit<'_>, Refused> {
+    pub(crate) fn enter(&self, need: &Need<'_>, cancel: &Cancel) -> Result<Permit<'_>, Refused> {
         let is_huge = need.sample_bytes >= HUGE_BYTES;
         let least = (need.memory)(1);
         if self.is_strict && least > self.memory {
@@ -122,13 +118,28 @@ impl Gate {
         if free.threads == 0 || is_huge && free.threads < self.threads {
             return None;
         }
-        // Fewer threads take less memory.
-        let threads = (1..=most.min(free.threads)).rev();
-        let fits = |&threads: &usize| (need.memory)(threads) <= self.memory;
-        let threads = threads.clone().find(fits).unwrap_or(1);
+        let threads = most_that_fit(most.min(free.threads), |n| (need.memory)(n) <= self.memory);
         let memory = (need.memory)(threads).min(self.memory);
         (memory <= free.memory).then_some((threads, memory))
     }
+}
+
+/// The most threads up to `most` that `fits`, or 1: more threads take more memory, so half of what
+/// is left is ruled out by each look.
+fn most_that_fit(most: usize, fits: impl Fn(usize) -> bool) -> usize {
+    if fits(most) {
+        return most;
+    }
+    let (mut good, mut bad) = (1, most);
+    while bad - good > 1 {
+        let middle = good + (bad - good) / 2;
+        if fits(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    good
 }
 
 impl Drop for Permit<'_> {
@@ -185,6 +196,23 @@ mod tests {
         let cancel = Cancel::new();
         let need = Need { sample_bytes: HUGE_BYTES, memory: &memory };
         assert_eq!(gate.enter(&need, &cancel).ok().unwrap().threads, 3);
+    }
+
+    #[test]
+    fn the_number_of_threads_is_found_in_few_looks() {
+        for most in 1..40_usize {
+            for limit in 0..45 {
+                let found = most_that_fit(most, |n| n <= limit);
+                assert_eq!(found, most.min(limit).max(1), "{most}, {limit}");
+            }
+        }
+        let looks = std::cell::Cell::new(0);
+        let fits = |n| {
+            looks.set(looks.get() + 1);
+            n <= 3
+        };
+        assert_eq!(most_that_fit(1_000_000_000, fits), 3);
+        assert!(looks.get() <= 32, "{looks:?}");
     }
 
     #[test]

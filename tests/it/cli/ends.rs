@@ -1,0 +1,191 @@
+//! What ends a run from outside: signals, limits, readers that go away.
+
+use std::process::{Command, Stdio};
+
+use super::{plain, volume};
+use crate::support::sandbox::{Sandbox, stderr};
+
+/// The shell's limit counts in blocks of 512 or 1,024 bytes; the mesh has 12 MB.
+#[cfg(unix)]
+#[test]
+fn a_limit_on_the_size_of_files_is_an_error_of_the_write_and_leaves_nothing() {
+    let sandbox = Sandbox::new();
+    let command = format!(
+        "ulimit -f 2000; exec '{}' '{}' --iso 300 -o skull.stl",
+        env!("CARGO_BIN_EXE_mcubes"),
+        volume("ct_head.nii.gz")
+    );
+    let output =
+        Command::new("sh").args(["-c", &command]).current_dir(sandbox.path("")).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).starts_with("error: skull.stl: cannot be written"));
+    assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
+}
+
+/// What goes to standard output waits in a temporary file, which is what was too small.
+#[cfg(unix)]
+#[test]
+fn a_temporary_file_of_a_phantom_is_told_as_what_it_is() {
+    for more in ["", " --noise 9 --threads 1"] {
+        let sandbox = Sandbox::new();
+        let command = format!(
+            "ulimit -f 100; exec '{}' phantom sphere -o -{more}",
+            env!("CARGO_BIN_EXE_mcubes"),
+        );
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &command]).current_dir(sandbox.path("")).env("TMPDIR", sandbox.path(""));
+        let output = shell.stdout(Stdio::null()).output().unwrap();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.starts_with("error: standard output: the temporary file in "), "{said}");
+        assert!(said.contains("hint: TMPDIR names another folder"), "{said}");
+    }
+}
+
+/// A run that is stopped half way leaves its folder as it was.
+#[cfg(unix)]
+#[test]
+fn a_signal_stops_the_run_with_status_130_and_leaves_nothing() {
+    use std::io::Write;
+    for signal in ["-INT", "-TERM"] {
+        let sandbox = Sandbox::new();
+        let args = "- --dims 64x64x100000 --type u8 --iso 100 -o m.ply -q";
+        let mut child = sandbox
+            .command(&args.split(' ').collect::<Vec<_>>())
+            .stdin(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        let mut plane = vec![0_u8; 64 * 64];
+        plane[64 * 32 + 32] = 200;
+        let mut asked = false;
+        let status = loop {
+            // Planes go on coming, slowly: far more are promised than will ever be sent.
+            let _ = stdin.write_all(&plane);
+            std::thread::sleep(std::time::Duration::from_millis(1));
+            if !asked && !sandbox.files().is_empty() {
+                let id = child.id().to_string();
+                assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+                asked = true;
+            }
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+        };
+        assert!(asked, "ended before it had begun to write");
+        assert_eq!(status.code(), Some(130), "{signal}");
+        assert!(sandbox.files().is_empty(), "{signal}: {:?}", sandbox.files());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let sandbox = Sandbox::new();
+    let head = volume("ct_head.nii.gz");
+    let mut child = sandbox
+        .command(&[&head, "--iso", "300", "-o", "-", "-q"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn limits_and_temporary_files_are_told_as_what_they_are() {
+    let sandbox = Sandbox::new();
+    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "x.stl", "--max-memory", "1"]);
+    assert!(stderr(&output).contains("the limit is 1 byte\n"), "{}", stderr(&output));
+    let output = sandbox.run(&[&plain(), "--iso", "0.5", "-o", "x.stl", "--max-memory", "1025"]);
+    assert!(stderr(&output).contains("the limit is 1 025 bytes\n"), "{}", stderr(&output));
+    let mut command = sandbox.command(&[&plain(), "--iso", "0.5", "-o", "-"]);
+    let output = command.env("TMPDIR", "/nowhere").output().unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("the temporary file in /nowhere cannot be written: there is no such folder"),
+        "{said}"
+    );
+    assert!(said.contains("hint: TMPDIR names another folder for it"), "{said}");
+}
+
+/// A command that is sent `signal` once it has read more than `n_bytes`; its status, or nothing
+/// where it went on for a minute.
+#[cfg(target_os = "linux")]
+fn stopped_after(sandbox: &Sandbox, words: &str, n_bytes: u64) -> Option<i32> {
+    let mut child = sandbox
+        .command(&words.split(' ').collect::<Vec<_>>())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let facts = format!("/proc/{}/io", child.id());
+    let read = || {
+        let text = std::fs::read_to_string(&facts).unwrap_or_default();
+        let n = text.lines().find_map(|line| line.strip_prefix("rchar: "));
+        n.and_then(|n| n.parse::<u64>().ok()).unwrap_or(u64::MAX)
+    };
+    while read() <= n_bytes {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert_eq!(child.try_wait().unwrap(), None, "{words}: ended before it was stopped");
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    status_in_a_minute(&mut child)
+}
+
+#[cfg(unix)]
+fn status_in_a_minute(child: &mut std::process::Child) -> Option<i32> {
+    let began = std::time::Instant::now();
+    loop {
+        match child.try_wait().unwrap() {
+            Some(status) => return status.code(),
+            None if began.elapsed().as_secs() > 60 => {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                return None;
+            }
+            None => std::thread::sleep(std::time::Duration::from_millis(5)),
+        }
+    }
+}
+
+/// Zeros that take no room on the disk, and some time to be counted.
+#[cfg(target_os = "linux")]
+#[test]
+fn one_signal_stops_a_look_at_all_values() {
+    const N_BYTES: u64 = 1 << 30;
+    let sandbox = Sandbox::new();
+    let file = std::fs::File::create(sandbox.path("big.raw")).unwrap();
+    file.set_len(N_BYTES).unwrap();
+    let raw = "big.raw --dims 1024x1024x1024 --type u8";
+    for (words, n_bytes) in [
+        (format!("info {raw}"), 16 << 20),
+        (format!("info {raw} --json"), 16 << 20),
+        (format!("{raw} --iso auto -o x.stl"), 16 << 20),
+        // The second look, for the range.
+        (format!("{raw} --iso 200 -o x.stl"), N_BYTES + (16 << 20)),
+    ] {
+        assert_eq!(stopped_after(&sandbox, &words, n_bytes), Some(130), "{words}");
+        assert_eq!(sandbox.files(), ["big.raw"], "{words}");
+    }
+}
+
+/// The pipe is opened by the command after its handlers stand, and never has an end.
+#[cfg(unix)]
+#[test]
+fn one_signal_ends_check_wherever_it_is() {
+    let sandbox = Sandbox::new();
+    let pipe = sandbox.path("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for signal in ["-INT", "-TERM"] {
+        let mut child = sandbox.command(&["check", "pipe"]).spawn().unwrap();
+        let _held = std::fs::OpenOptions::new().write(true).open(&pipe).unwrap();
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+        assert_eq!(status_in_a_minute(&mut child), Some(130), "{signal}");
+    }
+}
