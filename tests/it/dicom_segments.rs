@@ -52,9 +52,23 @@ fn without_spacing_between_slices_the_narrowest_gap_is_the_step() {
 }
 
 #[test]
-fn a_segment_of_one_slice_is_as_thick_as_spacing_between_slices_says() {
-    assert_filled(&[7], Measures::Shared);
-    assert_filled(&[7], Measures::PerFrame);
+fn a_spacing_between_slices_that_the_positions_contradict_is_not_the_step() {
+    // Some gap is no multiple of it within a few per cent.
+    for wrong in [STEP / 1.8, STEP / 1.4, STEP * 0.8, STEP * 1.2, STEP * 2.0] {
+        assert_filled(&[5, 6, 7, 8, 9], Measures::Says(wrong));
+        assert_filled(&[5, 6, 7, 11, 12], Measures::Says(wrong));
+    }
+    // Written with two digits.
+    assert_filled(&[5, 12, 19], Measures::Says(2.52));
+}
+
+#[test]
+fn a_segment_of_one_slice_is_no_volume_however_thick_it_says_it_is() {
+    for measures in [Measures::Shared, Measures::PerFrame, Measures::Absent] {
+        let (_folder, study) = scan(&Segmentation::binary(&[(1, 7)], measures));
+        let error = study.open(0, &OpenOptions::default()).err().unwrap();
+        assert!(error.to_string().contains("a single image is no volume"), "{error}");
+    }
 }
 
 #[test]

@@ -285,6 +285,17 @@ impl Elements {
         self.element(tag, vr, value.as_bytes());
     }
 
+    /// A sequence with the items given, all of defined length.
+    pub(crate) fn sequence(&mut self, tag: (u16, u16), items: &[Self]) {
+        let mut value = Vec::new();
+        for item in items {
+            value.extend([0xFE, 0xFF, 0x00, 0xE0]);
+            value.extend((item.0.len() as u32).to_le_bytes());
+            value.extend(&item.0);
+        }
+        self.element(tag, *b"SQ", &value);
+    }
+
     pub(crate) fn short(&mut self, tag: (u16, u16), value: u16) {
         self.element(tag, *b"US", &value.to_le_bytes());
     }

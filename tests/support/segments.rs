@@ -9,10 +9,12 @@ pub(crate) const ROWS: usize = 10;
 pub(crate) const STEP: f64 = 2.5;
 
 /// Where SpacingBetweenSlices stands in its `PixelMeasuresSequence`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Measures {
     Shared,
     PerFrame,
+    /// Shared, and so many mm.
+    Says(f64),
     /// Nowhere.
     Absent,
 }
@@ -21,7 +23,6 @@ pub(crate) enum Measures {
 #[derive(Clone, Debug)]
 pub(crate) struct Segmentation {
     pub(crate) class: &'static str,
-    /// BINARY; or LABELMAP, whose frames belong to no one segment.
     /// BINARY; or LABELMAP, whose frames belong to no one segment.
     pub(crate) kind: &'static str,
     /// Segment and slice of each frame, in the order of the file.
@@ -81,13 +82,13 @@ impl Segmentation {
         let mut orientation = Elements::default();
         orientation.text((0x0020, 0x0037), *b"DS", "1\\0\\0\\0\\1\\0");
         let mut shared = Elements::default();
-        sequence(&mut shared, (0x0020, 0x9116), &[orientation]);
+        shared.sequence((0x0020, 0x9116), &[orientation]);
         if self.measures != Measures::PerFrame {
-            sequence(&mut shared, (0x0028, 0x9110), &[self.pixel_measures()]);
+            shared.sequence((0x0028, 0x9110), &[self.pixel_measures()]);
         }
-        sequence(&mut data, (0x5200, 0x9229), &[shared]);
+        data.sequence((0x5200, 0x9229), &[shared]);
         let own: Vec<Elements> = self.frames.iter().map(|&f| self.own(f, is_binary)).collect();
-        sequence(&mut data, (0x5200, 0x9230), &own);
+        data.sequence((0x5200, 0x9230), &own);
         data.element((0x7FE0, 0x0010), *b"OB", &self.pixels(is_binary));
         file("1.2.840.10008.1.2.1", &data)
     }
@@ -97,22 +98,24 @@ impl Segmentation {
         let mut position = Elements::default();
         let z = k as f64 * STEP - 30.0;
         position.text((0x0020, 0x0032), *b"DS", &format!("-10\\20\\{z}"));
-        sequence(&mut groups, (0x0020, 0x9113), &[position]);
+        groups.sequence((0x0020, 0x9113), &[position]);
         if self.measures == Measures::PerFrame {
-            sequence(&mut groups, (0x0028, 0x9110), &[self.pixel_measures()]);
+            groups.sequence((0x0028, 0x9110), &[self.pixel_measures()]);
         }
         if is_binary {
             let mut of = Elements::default();
             of.short((0x0062, 0x000B), segment);
-            sequence(&mut groups, (0x0062, 0x000A), &[of]);
+            groups.sequence((0x0062, 0x000A), &[of]);
         }
         groups
     }
 
     fn pixel_measures(&self) -> Elements {
         let mut measures = Elements::default();
-        if self.measures != Measures::Absent {
-            measures.text((0x0018, 0x0088), *b"DS", &STEP.to_string());
+        match self.measures {
+            Measures::Absent => {}
+            Measures::Says(mm) => measures.text((0x0018, 0x0088), *b"DS", &mm.to_string()),
+            _ => measures.text((0x0018, 0x0088), *b"DS", &STEP.to_string()),
         }
         measures.text((0x0028, 0x0030), *b"DS", "1.4\\0.9");
         measures
@@ -130,15 +133,4 @@ impl Segmentation {
         };
         samples.chunks(8).map(byte).collect()
     }
-}
-
-/// A sequence with the items given, all of defined length.
-fn sequence(data: &mut Elements, tag: (u16, u16), items: &[Elements]) {
-    let mut value = Vec::new();
-    for item in items {
-        value.extend([0xFE, 0xFF, 0x00, 0xE0]);
-        value.extend((item.0.len() as u32).to_le_bytes());
-        value.extend(&item.0);
-    }
-    data.element(tag, *b"SQ", &value);
 }

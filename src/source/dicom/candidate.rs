@@ -14,6 +14,9 @@ use crate::volume::{Format, Meta, Note, Padding, Rescale, SeriesFacts};
 /// Slices added at most to a segmentation that leaves out empty frames.
 const MOST_FILLED: usize = 1 << 16;
 
+/// Gaps that differ by less than this part are told as equal.
+const EVEN: f64 = 0.005;
+
 /// A volume that a study holds, or nearly holds.
 #[derive(Clone, Debug)]
 pub struct Candidate {
@@ -134,16 +137,15 @@ fn place(
     };
     let positions: Vec<Vec3> =
         candidate.frames.iter().filter_map(|r| r.get(instances)?.1.position).collect();
-    let alone = frame.slice_spacing;
     // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
-    let omitting = alone.filter(|_| first.is_segmentation);
-    let arranged = match order::arrange(&facing, &positions, alone, omitting) {
+    let omitting = frame.slice_spacing.filter(|&s| first.is_segmentation && s > 0.0);
+    let arranged = match order::arrange(&facing, &positions, omitting) {
         Ok(Arranged { missing: Some(missing), .. })
             if first.is_segmentation && missing.count <= MOST_FILLED =>
         {
             let filled = missing.fill(&positions, &mut candidate.frames, FrameRef::EMPTY);
             candidate.dims[2] = filled.len();
-            order::arrange(&facing, &filled, alone, omitting)
+            order::arrange(&facing, &filled, omitting)
         }
         arranged => arranged,
     };
@@ -151,7 +153,7 @@ fn place(
         Ok(arranged) => arranged,
         Err(ArrangeError::TooFew) => {
             let (images, name) = (group.frames.len(), first.name.clone());
-            return Some(DicomError::TooFew { images, name });
+            return Some(DicomError::TooFew { images, name, left_out: String::new() });
         }
         Err(ArrangeError::Flat) => {
             let what = "positions and orientation give no volume".to_owned();
@@ -165,7 +167,7 @@ fn place(
     candidate.series.tilt_degrees = arranged.tilt_degrees;
     let missing = arranged.missing;
     if let Some(gaps) = arranged.gaps_mm.as_ref().filter(|_| missing.is_none()) {
-        notes.push(uneven(gaps));
+        notes.push(uneven(gaps, arranged.off_mm));
     }
     let meta = meta(candidate, arranged.grid, arranged.gaps_mm, first, instances, notes);
     candidate.meta = Some(meta);
@@ -185,9 +187,14 @@ fn missing_error(
     missing.error(name, faults)
 }
 
-fn uneven(gaps: &[f64]) -> Note {
+fn uneven(gaps: &[f64], off_mm: f64) -> Note {
     let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = gaps.iter().copied().fold(0.0, f64::max);
+    if most - least < EVEN * least {
+        return Note::Other(format!(
+            "the slices do not lie on one line, up to {off_mm:.2} mm beside it: each is meshed where it lies"
+        ));
+    }
     Note::Other(format!(
         "the slices are unevenly spaced ({least:.2} to {most:.2} mm): each is meshed where it lies"
     ))

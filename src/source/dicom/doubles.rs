@@ -30,10 +30,11 @@ pub(super) fn drop_doubles(
         })
         .collect();
     let (mut kept, mut dropped, mut conflicts) = (Vec::new(), Vec::new(), Vec::new());
-    let mut faulty = Vec::new();
+    let (mut faulty, mut count) = (Vec::new(), 0);
     for position in settled {
         kept.extend(position.kept);
         dropped.extend(position.dropped);
+        count += usize::from(!position.conflicts.is_empty());
         conflicts.extend(position.conflicts);
         faulty.extend(position.faulty);
     }
@@ -49,7 +50,6 @@ pub(super) fn drop_doubles(
             "left out, as a whole image is in its place: {first}{more}"
         )));
     }
-    let count = conflicts.len();
     let problem = (count > 0).then(|| {
         conflicts.truncate(3);
         DicomError::Conflict { count, names: conflicts.join(", ") }

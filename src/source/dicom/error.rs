@@ -84,6 +84,14 @@ pub enum FileFault {
         /// What would do.
         wanted: &'static str,
     },
+    /// Frames and their functional groups that cannot be brought together.
+    #[error("NumberOfFrames is {frames}, but PerFrameFunctionalGroupsSequence has {items} item{}, expected one a frame", if *.items == 1 { "" } else { "s" })]
+    FrameItems {
+        /// `NumberOfFrames`.
+        frames: u64,
+        /// Items found.
+        items: usize,
+    },
     /// Samples of a kind that is not read.
     #[error("{0} is not read")]
     Unsupported(String),
@@ -189,6 +197,7 @@ impl Failure for FileFault {
             Self::TooDeep { .. }
             | Self::BadElement { .. }
             | Self::Missing { .. }
+            | Self::FrameItems { .. }
             | Self::BadValue { .. } => Kind::BadHeader,
             Self::Unsupported(_) => Kind::UnsupportedType,
             Self::Syntax { .. } => Kind::UnsupportedSyntax,
@@ -257,12 +266,14 @@ pub enum DicomError {
         of: usize,
     },
     /// One slice gives no volume.
-    #[error("{} no volume: at least two slices are needed", few(*.images, .name))]
+    #[error("{} no volume: at least two slices are needed{}", few(*.images, .name), self::left_out(.left_out))]
     TooFew {
         /// How many images there are, all at one position.
         images: usize,
         /// The first file.
         name: String,
+        /// Other images of the series, with what keeps them apart.
+        left_out: String,
     },
     /// Images that do not say where they lie.
     #[error("the images do not say where they lie: {what}{}", in_brackets(.names))]
@@ -351,6 +362,9 @@ impl Failure for DicomError {
             }
             Self::NoSuchSeries { .. } => {
                 Some("mcubes info lists the series with their numbers".to_owned())
+            }
+            Self::TooFew { left_out, .. } if !left_out.is_empty() => {
+                Some("slices of one volume must agree in that; export the series again".to_owned())
             }
             Self::TooFew { .. } => {
                 Some("give the folder with all slices of the series as input".to_owned())

@@ -3,7 +3,7 @@
 
 use super::error::{FileFault, Tag};
 use super::header::{self, Item, bad};
-use super::instance::{Frame, SPLITTERS};
+use super::instance::{CLOCK, Frame, SPLITTERS};
 use super::tags;
 use crate::geom::vec3::{add, cross, scale};
 use crate::limits::MAX_FRAMES_BYTES;
@@ -32,6 +32,10 @@ pub(super) fn frames(
             // Frames without a word on where they lie.
             _ => list(n_frames, |index| Ok(Frame { index, ..top.clone() })),
         };
+    }
+    // One item a frame (PS3.3, C.7.6.16.1.2); of any other number no frame knows its own.
+    if !per_frame.is_empty() && per_frame.len() as u64 != n_frames {
+        return Err(FileFault::FrameItems { frames: n_frames, items: per_frame.len() });
     }
     let scale = if is_segmentation { fraction(header)? } else { 1.0 };
     list(n_frames, |index| {
@@ -77,6 +81,12 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
     mixed[4] = Some(image_type.join("\\")).filter(|t| !t.is_empty());
     mixed[5] = label(tags::TRIGGER_TIME);
     mixed[6] = label(tags::ACQUISITION_NUMBER);
+    mixed[7] = label(tags::INVERSION_TIME);
+    mixed[8] = label(tags::KVP);
+    mixed[9] = label(tags::CONVOLUTION_KERNEL);
+    mixed[10] = label(tags::FLIP_ANGLE);
+    mixed[11] = label(tags::GRADIENT_DIRECTION);
+    mixed[CLOCK] = label(tags::ACQUISITION_TIME);
     Ok(Frame {
         index: 0,
         position: position(header)?,
@@ -88,6 +98,7 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
         segment: None,
         apart: String::new(),
         mixed,
+        dimensions: Vec::new(),
     })
 }
 
@@ -124,6 +135,21 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     label(2, tags::FRAME_CONTENT_SEQUENCE, tags::TEMPORAL_POSITION_INDEX);
     label(3, tags::MR_DIFFUSION_SEQUENCE, tags::DIFFUSION_B_VALUE);
     label(4, tags::MR_IMAGE_FRAME_TYPE_SEQUENCE, tags::FRAME_TYPE);
+    label(5, tags::CARDIAC_SYNCHRONIZATION_SEQUENCE, tags::CARDIAC_TRIGGER_DELAY);
+    label(6, tags::FRAME_CONTENT_SEQUENCE, tags::FRAME_ACQUISITION_NUMBER);
+    label(7, tags::MR_MODIFIER_SEQUENCE, tags::INVERSION_TIMES);
+    label(8, tags::CT_X_RAY_DETAILS_SEQUENCE, tags::KVP);
+    label(9, tags::CT_RECONSTRUCTION_SEQUENCE, tags::CONVOLUTION_KERNEL);
+    label(10, tags::MR_TIMING_SEQUENCE, tags::FLIP_ANGLE);
+    label(12, tags::TEMPORAL_POSITION_SEQUENCE, tags::TEMPORAL_POSITION_TIME_OFFSET);
+    label(CLOCK, tags::FRAME_CONTENT_SEQUENCE, tags::FRAME_ACQUISITION_DATE_TIME);
+    let gradient = group(tags::MR_DIFFUSION_SEQUENCE)
+        .and_then(|item| header::items(item, tags::GRADIENT_DIRECTION_SEQUENCE).first())
+        .and_then(|item| header::label(item, tags::GRADIENT_DIRECTION));
+    frame.mixed[11] = gradient.or(frame.mixed[11].take());
+    if let Some(content) = group(tags::FRAME_CONTENT_SEQUENCE) {
+        frame.dimensions = header::texts(content, tags::DIMENSION_INDEX_VALUES);
+    }
     let text = |sequence, tag| group(sequence).and_then(|item| header::label(item, tag));
     if let Some(stack) = text(tags::FRAME_CONTENT_SEQUENCE, tags::STACK_ID) {
         frame.apart = format!("stack {stack}");

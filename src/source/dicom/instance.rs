@@ -36,6 +36,8 @@ pub(super) struct Instance {
     pub(super) deflated_at: Option<u64>,
     pub(super) layout: Layout,
     pub(super) n_frames: u64,
+    pub(super) study_uid: Option<String>,
+    /// Empty where there is none.
     pub(super) series_uid: String,
     pub(super) series_number: Option<String>,
     pub(super) description: Option<String>,
@@ -74,6 +76,9 @@ pub(super) struct Frame {
     pub(super) apart: String,
     /// What separates volumes where a series mixes them, by [`SPLITTERS`].
     pub(super) mixed: [Option<String>; SPLITTERS.len()],
+    /// `DimensionIndexValues`. Which of them counts positions need not be known: it tells no frames
+    /// at one position apart.
+    pub(super) dimensions: Vec<String>,
 }
 
 impl Frame {
@@ -94,7 +99,7 @@ pub(super) fn frame_name((instance, frame): (&Instance, &Frame)) -> String {
 }
 
 /// What a series may mix under one UID, in the order in which a split is tried.
-pub(super) const SPLITTERS: [&str; 7] = [
+pub(super) const SPLITTERS: [&str; 14] = [
     "echo time",
     "echo number",
     "temporal position",
@@ -102,7 +107,17 @@ pub(super) const SPLITTERS: [&str; 7] = [
     "image type",
     "trigger time",
     "acquisition number",
+    "inversion time",
+    "tube voltage",
+    "kernel",
+    "flip angle",
+    "gradient direction",
+    "time offset",
+    "time",
 ];
+
+/// The splitter that is a time of day.
+pub(super) const CLOCK: usize = SPLITTERS.len() - 1;
 
 /// Reads one file's header.
 pub(super) fn scan_file(blob: Blob, name: String) -> Scanned {
@@ -173,6 +188,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         deflated_at: walked.deflated_at,
         layout,
         n_frames,
+        study_uid: header::text(header, tags::STUDY_INSTANCE_UID),
         series_uid: header::text(header, tags::SERIES_INSTANCE_UID).unwrap_or_default(),
         series_number: series,
         description: header::label(header, tags::SERIES_DESCRIPTION),

@@ -28,6 +28,7 @@ mod rle;
 mod scan;
 mod series;
 mod set_aside;
+mod split;
 mod start;
 mod study;
 mod syntax;

@@ -2,14 +2,13 @@
 
 use super::candidate::Candidate;
 use super::error::DicomError;
-use super::instance::{Frame, Instance};
+use super::instance::{Frame, Instance, frame_name};
 use super::layout::{Layout, SampleKind};
 use super::series;
 use crate::volume::Note;
 
 /// What is said of one volume in the notes of the others.
 struct Neighbour {
-    uid: String,
     apart: Option<String>,
     n_images: usize,
 }
@@ -19,10 +18,7 @@ struct Neighbour {
 pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
     let all: Vec<Neighbour> = volumes
         .iter()
-        .map(|v| {
-            let (uid, apart) = (v.series.uid.clone(), v.apart.clone());
-            Neighbour { uid, apart, n_images: v.series.n_images }
-        })
+        .map(|v| Neighbour { apart: v.apart.clone(), n_images: v.series.n_images })
         .collect();
     let firsts: Vec<Option<(&Instance, &Frame)>> =
         volumes.iter().map(|v| v.frames.first().and_then(|r| r.get(instances))).collect();
@@ -30,10 +26,11 @@ pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
         let Some(own) = firsts.get(index).copied().flatten() else { continue };
         let (mut left_out, mut first, mut reasons) = (0, None, Vec::new());
         for (other, (neighbour, frame)) in all.iter().zip(&firsts).enumerate() {
-            let same = neighbour.uid == volume.series.uid && neighbour.apart == volume.apart;
-            let Some(frame) = frame.filter(|_| same && other != index) else { continue };
+            let apart = neighbour.apart == volume.apart && other != index;
+            let same = |f: &(&Instance, &Frame)| apart && series::same_series(own.0, f.0);
+            let Some(frame) = frame.filter(same) else { continue };
             left_out += neighbour.n_images;
-            first.get_or_insert(frame.0.name.as_str());
+            first.get_or_insert_with(|| frame_name(frame));
             reasons.extend(differences(own, frame));
         }
         let Some(first) = first else { continue };
@@ -45,6 +42,9 @@ pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
         let line = format!("{left_out} image{s} of the same series ({first}): {reasons}");
         if let Some(DicomError::MissingSlices { faults, .. }) = &mut volume.problem {
             faults.clone_from(&line);
+        }
+        if let Some(DicomError::TooFew { left_out, .. }) = &mut volume.problem {
+            left_out.clone_from(&line);
         }
         if let Some(meta) = &mut volume.meta {
             meta.notes.push(Note::Other(format!("left out: {line}")));

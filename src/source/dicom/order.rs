@@ -19,8 +19,15 @@ const MULTIPLE: f64 = 0.02;
 const SPREAD: f64 = 0.3;
 
 /// Around a step that a file gives, which may be rounded, a gap is a multiple of it within this
-/// part of the step.
-const GIVEN: f64 = 0.25;
+/// part of the gap, and within [`GIVEN_MOST`] of the step.
+const GIVEN: f64 = 0.05;
+
+/// See [`GIVEN`]: of a wide gap the part alone would allow any multiple.
+const GIVEN_MOST: f64 = 0.25;
+
+/// Doubles that differ by rounding, or by a table that did not quite come back, are closer than
+/// this, in mm.
+const DOUBLES_MM: f64 = 0.05;
 
 /// So many equal wide gaps in a row are a spacing of their own, not missing slices.
 const DESIGNED_RUN: usize = 3;
@@ -66,7 +73,13 @@ pub(super) fn positions(places: &[f64]) -> Vec<std::ops::Range<usize>> {
     let mut gaps: Vec<f64> =
         places.windows(2).map(|w| w[1] - w[0]).filter(|&g| g > SAME_MM).collect();
     gaps.sort_by(f64::total_cmp);
-    let usual = gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
+    let middle = |gaps: &[f64]| gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
+    // Where most images have a double beside them, most gaps are none: the usual one is among
+    // those that are wide.
+    let wide = gaps.get(gaps.partition_point(|&g| g < DOUBLES_MM)..).unwrap_or_default();
+    let is_doubled = wide.len() > 1
+        && gaps.iter().filter(|&&g| g < DOUBLES_MM).all(|&g| g <= TOLERANCE * middle(wide));
+    let usual = middle(if is_doubled { wide } else { &gaps });
     let same = SAME_MM.max(TOLERANCE * usual);
     let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
     for (index, &place) in places.iter().enumerate() {
@@ -83,6 +96,8 @@ pub(super) struct Arranged {
     pub(super) grid: Grid,
     /// Distances along the normal, where they are uneven.
     pub(super) gaps_mm: Option<Vec<f64>>,
+    /// The furthest that a slice lies from the even grid, in mm.
+    pub(super) off_mm: f64,
     pub(super) tilt_degrees: f64,
     /// Gaps that say that slices are missing.
     pub(super) missing: Option<Missing>,
@@ -97,27 +112,26 @@ pub(super) struct Missing {
 }
 
 /// Places slices given by the positions of their first samples (LPS, in order along the normal,
-/// no two alike). `alone` is the step of a single slice; `omitting` that of slices of which any may
-/// be left out: gaps that are multiples of it say that some were, however even they are.
+/// no two alike). `omitting` is the step of slices of which any may be left out: gaps that are
+/// multiples of it say that some were, however even they are.
 ///
 /// # Errors
 /// A grid that cannot be; positions that are no geometry.
 pub(super) fn arrange(
     facing: &Facing,
     positions: &[Vec3],
-    alone: Option<f64>,
     omitting: Option<f64>,
 ) -> Result<Arranged, ArrangeError> {
     let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else {
         return Err(ArrangeError::TooFew);
     };
     let n = positions.len();
+    // One slice is a surface and no volume, however thick its header says it is.
+    if n < 2 {
+        return Err(ArrangeError::TooFew);
+    }
     let normal = facing.normal();
-    let step = match alone {
-        _ if n > 1 => scale(sub(last, first), 1.0 / (n - 1) as f64),
-        Some(step) if step > 0.0 => scale(normal, step),
-        _ => return Err(ArrangeError::TooFew),
-    };
+    let step = scale(sub(last, first), 1.0 / (n - 1) as f64);
     let dims =
         Dims::checked(facing.cols as i64, facing.rows as i64, n as i64, facing.sample_bytes)?;
     let [between_rows, between_columns] = facing.spacing;
@@ -132,7 +146,8 @@ pub(super) fn arrange(
     }
     let places: Vec<f64> = positions.iter().map(|&p| facing.along(p)).collect();
     let gaps: Vec<f64> = places.windows(2).map(|w| w[1] - w[0]).collect();
-    let omitted = omitting.and_then(|step| multiples(&gaps, step, |_| GIVEN * step));
+    let omitted = omitting
+        .and_then(|step| multiples(&gaps, step, |times| step * (GIVEN * times).min(GIVEN_MOST)));
     let off = positions
         .iter()
         .enumerate()
@@ -142,11 +157,11 @@ pub(super) fn arrange(
     let tilt_degrees = tilt(step, normal, lean);
     let mut grid = Grid::new(dims, affine);
     if off <= TOLERANCE * norm(step) && omitted.is_none() {
-        return Ok(Arranged { grid, gaps_mm: None, tilt_degrees, missing: None });
+        return Ok(Arranged { grid, gaps_mm: None, off_mm: off, tilt_degrees, missing: None });
     }
     grid.plane_origins = Some(positions.iter().copied().map(ras).collect());
     let missing = omitted.or_else(|| find_missing(&gaps));
-    Ok(Arranged { grid, gaps_mm: Some(gaps), tilt_degrees, missing })
+    Ok(Arranged { grid, gaps_mm: Some(gaps), off_mm: off, tilt_degrees, missing })
 }
 
 /// Why positions make no grid.

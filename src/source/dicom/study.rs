@@ -12,6 +12,7 @@ use super::pixels::Pixels;
 use super::planes;
 use super::series;
 use super::set_aside::{SetAside, What};
+use super::split;
 use crate::cancel::Cancel;
 use crate::error::Error;
 use crate::source::Volume;
@@ -71,7 +72,7 @@ impl Study {
         series::complete(&mut instances);
         let mut volumes: Vec<Candidate> = series::group(&instances)
             .into_iter()
-            .flat_map(|group| series::split(group, &instances))
+            .flat_map(|group| split::split(group, &instances))
             .filter_map(|group| assess(group, &instances, cancel))
             .collect();
         let key = |c: &Candidate| {

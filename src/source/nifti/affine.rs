@@ -17,6 +17,15 @@ pub(super) fn affine(fields: &Fields, dims: Dims) -> Result<(Affine, Vec<Note>),
         notes.push(Note::AffineFromPixdim);
         (base(fields, dims), "pixdim")
     };
+    if from != "sform" {
+        let unit = match fields.xyzt_units & 7 {
+            1 => "m",
+            3 => "µm",
+            _ => "mm",
+        };
+        let zero = (1..=3).filter(|&d| fields.pixdim[d] == 0.0);
+        notes.extend(zero.map(|d| Note::Other(format!("pixdim[{d}] is 0: taken as 1 {unit}"))));
+    }
     let rows = match fields.xyzt_units & 7 {
         1 => {
             notes.push(Note::UnitsConverted { from: "metres" });

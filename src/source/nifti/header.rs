@@ -6,7 +6,10 @@ use super::fields::{Fields, SIZE_1, SIZE_2, VoxOffset};
 use crate::geom::{Dims, Grid};
 use crate::source::SourceError;
 use crate::source::layout::Layout;
-use crate::volume::{Format, Meta, Rescale, StoredType};
+use crate::volume::{Format, Meta, Note, Rescale, StoredType};
+
+/// Where the samples of a single file of NIfTI-1 begin at the earliest.
+const FIRST: u64 = 352;
 
 /// What a header says, checked.
 #[derive(Debug)]
@@ -27,8 +30,8 @@ impl Header {
         let fields = Fields::parse(head)?;
         let stored = stored_type(&fields)?;
         let (dims, n_volumes) = dims(&fields, stored)?;
-        let (affine, notes) = affine(&fields, dims)?;
-        let offset = offset(&fields)?;
+        let (affine, mut notes) = affine(&fields, dims)?;
+        let offset = offset(&fields, &mut notes)?;
         let layout = Layout {
             dims,
             stored,
@@ -113,7 +116,7 @@ fn stored_type(fields: &Fields) -> Result<StoredType, NiftiError> {
 }
 
 /// The first byte of the first sample, in the file that holds the samples.
-fn offset(fields: &Fields) -> Result<u64, NiftiError> {
+fn offset(fields: &Fields, notes: &mut Vec<Note>) -> Result<u64, NiftiError> {
     let header = if fields.version == 1 { SIZE_1 } else { SIZE_2 } as u64;
     let least = if fields.single { header } else { 0 };
     let wrong = |found: String| NiftiError::Offset {
@@ -129,6 +132,12 @@ fn offset(fields: &Fields) -> Result<u64, NiftiError> {
         VoxOffset::Integer(v) => (u64::try_from(v).ok(), v.to_string()),
     };
     match value {
+        // Below 352 a single file of NIfTI-1 means 352 (nifti1.h): the four bytes after the header
+        // tell of extensions.
+        Some(value) if fields.version == 1 && fields.single && (1..FIRST).contains(&value) => {
+            notes.push(Note::Other(format!("vox_offset is {value}: taken as {FIRST}")));
+            Ok(FIRST)
+        }
         Some(value) if value >= least => Ok(value),
         _ => Err(wrong(found)),
     }
@@ -141,4 +150,47 @@ fn rescale(fields: &Fields) -> Result<Rescale, NiftiError> {
         return Ok(Rescale::IDENTITY);
     }
     Rescale::new(slope, inter).ok_or(NiftiError::Intercept(inter, slope))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FIRST, Header};
+
+    /// A header of NIfTI-1 for 2 x 2 x 2 bytes, in one file.
+    fn header(vox_offset: f32, pixdim: f32) -> Vec<u8> {
+        let mut bytes = vec![0; 352];
+        let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
+        put(0, &348_i32.to_le_bytes());
+        for (n, dim) in [3_i16, 2, 2, 2, 1, 1, 1, 1].iter().enumerate() {
+            put(40 + 2 * n, &dim.to_le_bytes());
+        }
+        put(70, &2_i16.to_le_bytes());
+        put(72, &8_i16.to_le_bytes());
+        for (n, size) in [1.0, pixdim, 2.0, 2.0].iter().enumerate() {
+            put(76 + 4 * n, &size.to_le_bytes());
+        }
+        put(108, &vox_offset.to_le_bytes());
+        put(252, &1_i16.to_le_bytes());
+        put(344, b"n+1\0");
+        bytes
+    }
+
+    fn notes(header: &Header) -> Vec<String> {
+        header.meta.notes.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_single_file_begins_its_samples_at_352_at_the_earliest() {
+        for (says, begins) in [(348.0, FIRST), (349.0, FIRST), (352.0, 352), (368.0, 368)] {
+            let header = Header::parse(&header(says, 2.0)).expect("a header");
+            assert_eq!(header.layout.offset, begins, "{says}");
+            assert_eq!(notes(&header).is_empty(), says >= 352.0, "{says}");
+        }
+    }
+
+    #[test]
+    fn a_size_of_zero_that_counts_as_one_is_told() {
+        let header = Header::parse(&header(352.0, 0.0)).expect("a header");
+        assert_eq!(notes(&header), ["pixdim[1] is 0: taken as 1 mm"]);
+    }
 }
