@@ -106,7 +106,12 @@ impl Work<'_> {
         let mut together: Vec<Member<'_>> = Vec::new();
         let mut apart: Vec<Vec<Member<'_>>> = Vec::new();
         for (at, target) in targets.iter().enumerate() {
-            match level::resolve(target.level, meta, self.how.cancel, || self.part()) {
+            // A threshold is that of what is meshed; two values are those of the file.
+            let looked_at = || match target.level {
+                Level::Auto => self.stepped(),
+                _ => self.part(),
+            };
+            match level::resolve(target.level, meta, self.how.cancel, looked_at) {
                 Ok(Chosen { iso, note }) => {
                     let member = Member { at, target, iso, note };
                     if target.level != Level::Labels && is_active(meta, iso, self.is_below()) {
@@ -146,7 +151,7 @@ impl Work<'_> {
         }
     }
 
-    /// The part of the volume that is meshed, as it is looked at for its iso value.
+    /// The part of the volume that is meshed, as it is stored.
     fn part(&self) -> Result<Volume<'static>, Error> {
         self.how.extract.steps.part(self.whole()?).map_err(Error::new)
     }

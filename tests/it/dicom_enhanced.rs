@@ -130,7 +130,7 @@ fn gradient_directions_tell_frames_at_one_position_apart() {
 }
 
 #[test]
-fn a_file_without_one_item_a_frame_is_refused() {
+fn a_file_without_an_item_for_each_frame_is_refused() {
     for claimed in [N_SLICES - 1, N_SLICES + 1] {
         let frames: Vec<(usize, usize)> = (0..N_SLICES).map(|k| (0, k)).collect();
         let mut data = enhanced(&frames, |_, _, _| {});
@@ -140,6 +140,12 @@ fn a_file_without_one_item_a_frame_is_refused() {
         let path = folder.path().join("e.dcm");
         std::fs::write(&path, file(EXPLICIT, &data)).unwrap();
         let study = dicom::scan(&path, &ScanOptions::default());
+        if claimed < N_SLICES {
+            // Cut short, as pydicom's liver_1frame.dcm is.
+            let study = study.unwrap();
+            assert_eq!(study.volumes[study.default().unwrap()].dims[2], claimed);
+            continue;
+        }
         let error = study.and_then(|s| s.default()).err().unwrap();
         assert_eq!(error.kind(), Kind::BadHeader, "{error}");
         let line = error.to_string();

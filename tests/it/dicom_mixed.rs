@@ -179,14 +179,23 @@ fn one_position_with_many_images_is_one_position() {
 }
 
 #[test]
-fn one_image_is_no_volume_even_if_it_gives_a_spacing_between_slices() {
-    let mut series = Series::axial(1);
-    series.extra.text((0x0018, 0x0088), *b"DS", "1.5");
-    let folder = TempDir::new().unwrap();
-    series.write(folder.path());
-    let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
-    let error = study.open(0, &OpenOptions::default()).err().unwrap();
-    assert_eq!(error.kind(), Kind::UnfitSeries, "{error}");
+fn one_image_is_no_volume_unless_it_gives_a_spacing_between_slices() {
+    for spacing in [None, Some("1.5")] {
+        let mut series = Series::axial(1);
+        if let Some(spacing) = spacing {
+            series.extra.text((0x0018, 0x0088), *b"DS", spacing);
+        }
+        let folder = TempDir::new().unwrap();
+        series.write(folder.path());
+        let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+        match study.open(0, &OpenOptions::default()) {
+            Ok(volume) => {
+                assert_eq!((spacing, volume.meta.grid.dims.nz()), (Some("1.5"), 1));
+                assert!(volume.meta.notes.iter().any(|note| note.to_string().contains("flat")));
+            }
+            Err(error) => assert_eq!((spacing, error.kind()), (None, Kind::UnfitSeries)),
+        }
+    }
 }
 
 #[test]

@@ -63,12 +63,16 @@ fn a_spacing_between_slices_that_the_positions_contradict_is_not_the_step() {
 }
 
 #[test]
-fn a_segment_of_one_slice_is_no_volume_however_thick_it_says_it_is() {
-    for measures in [Measures::Shared, Measures::PerFrame, Measures::Absent] {
+fn a_segment_of_one_slice_is_a_plane_where_its_step_is_given_and_is_said_to_be_flat() {
+    for measures in [Measures::Shared, Measures::PerFrame] {
+        assert_filled(&[7], measures);
         let (_folder, study) = scan(&Segmentation::binary(&[(1, 7)], measures));
-        let error = study.open(0, &OpenOptions::default()).err().unwrap();
-        assert!(error.to_string().contains("a single image is no volume"), "{error}");
+        let volume = study.open(0, &OpenOptions::default()).unwrap();
+        assert!(volume.meta.notes.iter().any(|note| note.to_string().contains("flat")));
     }
+    let (_folder, study) = scan(&Segmentation::binary(&[(1, 7)], Measures::Absent));
+    let error = study.open(0, &OpenOptions::default()).err().unwrap();
+    assert!(error.to_string().contains("a single image is no volume"), "{error}");
 }
 
 #[test]

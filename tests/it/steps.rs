@@ -88,6 +88,21 @@ fn steps_that_change_nothing_change_no_byte() {
     assert!(meshed(&[&[HEAD, "--iso", "300"][..], &whole].concat()).0 == plain);
 }
 
+/// Otsu of the file's own values, 100, is beyond all means.
+#[test]
+fn an_automatic_threshold_is_that_of_what_is_meshed() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("sparse.raw");
+    let is_bright = |n: usize| [n, n / 16, n / 256].iter().all(|x| x % 4 == 1);
+    let samples: Vec<u8> = (0..16 * 16 * 16).map(|n| if is_bright(n) { 200 } else { 0 }).collect();
+    std::fs::write(&file, samples).unwrap();
+    let raw = [file.to_str().unwrap(), "--dims", "16x16x16", "--type", "u8", "--iso", "auto"];
+    let report = meshed(&[&raw[..], &["--downsample", "2"]].concat()).1;
+    // Means are counted in bins.
+    assert!((report["iso"].as_f64().unwrap() - 12.5).abs() < 0.01, "{report}");
+    assert_eq!(meshed(&raw).1["iso"], 100.0);
+}
+
 #[test]
 fn a_box_in_millimetres_is_the_least_box_of_samples_around_it_in_the_outputs_space() {
     // The head's i and j run left and posterior: x = 91.855 - 1.01 i, y = 117.215 - 1.01 j.

@@ -138,14 +138,15 @@ fn place(
     let positions: Vec<Vec3> =
         candidate.frames.iter().filter_map(|r| r.get(instances)?.1.position).collect();
     // Frames without a single sample of the segment may be left out (PS3.3, C.8.20.2).
-    let omitting = frame.slice_spacing.filter(|&s| first.is_segmentation && s > 0.0);
-    let arranged = match order::arrange(&facing, &positions, omitting) {
+    let alone = frame.slice_spacing;
+    let omitting = alone.filter(|&s| first.is_segmentation && s > 0.0);
+    let arranged = match order::arrange(&facing, &positions, alone, omitting) {
         Ok(Arranged { missing: Some(missing), .. })
             if first.is_segmentation && missing.count <= MOST_FILLED =>
         {
             let filled = missing.fill(&positions, &mut candidate.frames, FrameRef::EMPTY);
             candidate.dims[2] = filled.len();
-            order::arrange(&facing, &filled, omitting)
+            order::arrange(&facing, &filled, alone, omitting)
         }
         arranged => arranged,
     };
@@ -168,6 +169,11 @@ fn place(
     let missing = arranged.missing;
     if let Some(gaps) = arranged.gaps_mm.as_ref().filter(|_| missing.is_none()) {
         notes.push(uneven(gaps, arranged.off_mm));
+    }
+    if candidate.dims[2] == 1 {
+        notes.push(Note::Other(
+            "one slice alone: its mesh is flat, whatever the slice's thickness".to_owned(),
+        ));
     }
     let meta = meta(candidate, arranged.grid, arranged.gaps_mm, first, instances, notes);
     candidate.meta = Some(meta);

@@ -33,8 +33,9 @@ pub(super) fn frames(
             _ => list(n_frames, |index| Ok(Frame { index, ..top.clone() })),
         };
     }
-    // One item a frame (PS3.3, C.7.6.16.1.2); of any other number no frame knows its own.
-    if !per_frame.is_empty() && per_frame.len() as u64 != n_frames {
+    // One item a frame (PS3.3, C.7.6.16.1.2); of fewer no frame knows its own. More are what is left
+    // where a tool has cut frames off a file's end.
+    if !per_frame.is_empty() && (per_frame.len() as u64) < n_frames {
         return Err(FileFault::FrameItems { frames: n_frames, items: per_frame.len() });
     }
     let scale = if is_segmentation { fraction(header)? } else { 1.0 };

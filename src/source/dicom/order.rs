@@ -112,26 +112,27 @@ pub(super) struct Missing {
 }
 
 /// Places slices given by the positions of their first samples (LPS, in order along the normal,
-/// no two alike). `omitting` is the step of slices of which any may be left out: gaps that are
-/// multiples of it say that some were, however even they are.
+/// no two alike). `alone` is the step of a single slice; `omitting` that of slices of which any may
+/// be left out: gaps that are multiples of it say that some were, however even they are.
 ///
 /// # Errors
 /// A grid that cannot be; positions that are no geometry.
 pub(super) fn arrange(
     facing: &Facing,
     positions: &[Vec3],
+    alone: Option<f64>,
     omitting: Option<f64>,
 ) -> Result<Arranged, ArrangeError> {
     let (Some(&first), Some(&last)) = (positions.first(), positions.last()) else {
         return Err(ArrangeError::TooFew);
     };
     let n = positions.len();
-    // One slice is a surface and no volume, however thick its header says it is.
-    if n < 2 {
-        return Err(ArrangeError::TooFew);
-    }
     let normal = facing.normal();
-    let step = scale(sub(last, first), 1.0 / (n - 1) as f64);
+    let step = match alone {
+        _ if n > 1 => scale(sub(last, first), 1.0 / (n - 1) as f64),
+        Some(step) if step > 0.0 => scale(normal, step),
+        _ => return Err(ArrangeError::TooFew),
+    };
     let dims =
         Dims::checked(facing.cols as i64, facing.rows as i64, n as i64, facing.sample_bytes)?;
     let [between_rows, between_columns] = facing.spacing;

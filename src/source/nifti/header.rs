@@ -133,8 +133,8 @@ fn offset(fields: &Fields, notes: &mut Vec<Note>) -> Result<u64, NiftiError> {
     };
     match value {
         // Below 352 a single file of NIfTI-1 means 352 (nifti1.h): the four bytes after the header
-        // tell of extensions.
-        Some(value) if fields.version == 1 && fields.single && (1..FIRST).contains(&value) => {
+        // tell of extensions. An offset into the header is a mistake.
+        Some(value) if fields.version == 1 && fields.single && (least..FIRST).contains(&value) => {
             notes.push(Note::Other(format!("vox_offset is {value}: taken as {FIRST}")));
             Ok(FIRST)
         }
@@ -154,7 +154,7 @@ fn rescale(fields: &Fields) -> Result<Rescale, NiftiError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{FIRST, Header};
+    use super::Header;
 
     /// A header of NIfTI-1 for 2 x 2 x 2 bytes, in one file.
     fn header(vox_offset: f32, pixdim: f32) -> Vec<u8> {
@@ -181,11 +181,13 @@ mod tests {
 
     #[test]
     fn a_single_file_begins_its_samples_at_352_at_the_earliest() {
-        for (says, begins) in [(348.0, FIRST), (349.0, FIRST), (352.0, 352), (368.0, 368)] {
+        for (says, begins) in [(348.0, 352), (349.0, 352), (352.0, 352), (368.0, 368)] {
             let header = Header::parse(&header(says, 2.0)).expect("a header");
             assert_eq!(header.layout.offset, begins, "{says}");
             assert_eq!(notes(&header).is_empty(), says >= 352.0, "{says}");
         }
+        assert!(Header::parse(&header(0.0, 2.0)).is_err());
+        assert!(Header::parse(&header(100.0, 2.0)).is_err());
     }
 
     #[test]
