@@ -12,9 +12,12 @@ mod ply;
 mod stl;
 mod text;
 
-pub(crate) use atomic::{Target, folder_of};
+pub(crate) use atomic::Target;
+#[cfg(feature = "cli")]
+pub(crate) use atomic::folder_of;
 pub use error::SinkError;
 pub use file::MeshFile;
+#[cfg(feature = "cli")]
 pub(crate) use file::SPOOL_BYTES;
 pub use format::{Format, MeshOptions};
 
