@@ -3,6 +3,7 @@
 use std::io::{Seek, Write};
 use std::path::Path;
 
+use mcubes::cancel::Cancel;
 use mcubes::error::Failure;
 use mcubes::source::{Volume, survey};
 use mcubes::{Error, Kind};
@@ -33,7 +34,7 @@ pub fn read_all(opened: Result<Volume<'static>, Error>) {
                 return;
             }
             assert!(meta.grid.affine.is_usable());
-            match survey(volume) {
+            match survey(volume, &Cancel::new()) {
                 Ok(survey) => {
                     let _ = survey.suggested();
                     return;

@@ -240,7 +240,7 @@ impl Work<'_> {
     /// The error, with the range that the values do have, from a second look at the data where
     /// there can be one.
     fn not_reached(&self, iso: f64) -> Error {
-        let look = || self.stepped().ok()?.survey(self.how.cancel).ok()?.range;
+        let look = || source::survey(self.stepped().ok()?, self.how.cancel).ok()?.range;
         let range = if self.scan.is_read_once() { None } else { look() };
         if self.how.cancel.is_raised() {
             return Error::new(RunError::Interrupted);

@@ -85,7 +85,7 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Shown, Er
     }
     let volume = input::open(input, reading, opening)?;
     let (meta, number) = (volume.meta.clone(), volume.meta.volume_number);
-    let survey = volume.survey(&opening.cancel).map_err(|e| Error::at(path, e))?;
+    let survey = source::survey(volume, &opening.cancel).map_err(|e| Error::at(path, e))?;
     let is_alone = is_dicom || reading.raw.is_some();
     let metas = if is_alone { vec![meta] } else { source::volumes_beside(&meta) };
     let listed = |meta: Meta| Listed {

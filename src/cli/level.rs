@@ -123,7 +123,7 @@ pub(crate) fn resolve(
         Level::Labels => Ok(Chosen::plain(0.5)),
         Level::Tissue(tissue) => in_ct(tissue, meta.modality.as_deref()),
         Level::Auto => {
-            let survey = open()?.survey(cancel).map_err(Error::new)?;
+            let survey = source::survey(open()?, cancel).map_err(Error::new)?;
             let Some(iso) = survey.otsu else { return Err(Error::new(RunError::OneValue)) };
             Ok(Chosen::told(
                 iso,
@@ -134,9 +134,6 @@ pub(crate) fn resolve(
         }
         Level::Halfway => {
             let half = source::two_values(open()?, cancel).map_err(Error::new)?;
-            if cancel.is_raised() {
-                return Err(Error::new(RunError::Interrupted));
-            }
             let Some(iso) = half else { return Err(Error::new(RunError::NoIso)) };
             Ok(Chosen::told(iso, format!("the volume holds two values: meshed at the half, {iso}")))
         }

@@ -243,21 +243,19 @@ impl<T: Classify> Kernel<T> {
             if let Some(tables) = self.tetra {
                 self.tetra_layer_vertices(s, slab, bits, layer, own);
                 self.tetra_triangles(tables, bits, layer, first, triangles);
-                triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
-                first = first.wrapping_add(layer.totals.n_vertices as u32);
-                continue;
+            } else {
+                self.layer_vertices(s, slab, planes, layer, own);
+                let extra = layer.settled.extra.len() as u32;
+                let job = Triangles {
+                    tables: self.tables,
+                    planes,
+                    layer: &layer.cells,
+                    settled: &layer.settled.cells,
+                    first: FirstIds::of(planes, &layer.cells, extra, first),
+                    open: self.placing.open,
+                };
+                simd::emit(self.cpu, &job, triangles);
             }
-            self.layer_vertices(s, slab, planes, layer, own);
-            let extra = layer.settled.extra.len() as u32;
-            let job = Triangles {
-                tables: self.tables,
-                planes,
-                layer: &layer.cells,
-                settled: &layer.settled.cells,
-                first: FirstIds::of(planes, &layer.cells, extra, first),
-                open: self.placing.open,
-            };
-            simd::emit(self.cpu, &job, triangles);
             triangles = &mut triangles[3 * layer.totals.n_triangles as usize..];
             first = first.wrapping_add(layer.totals.n_vertices as u32);
         }

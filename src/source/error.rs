@@ -87,6 +87,9 @@ pub enum SourceError {
         /// How many were asked for.
         bytes: u64,
     },
+    /// A stop was asked for.
+    #[error("interrupted")]
+    Interrupted,
     /// A buffer that is not one contiguous plane.
     #[error("internal error: a plane buffer is not contiguous")]
     PlaneBuffer,
@@ -129,6 +132,7 @@ impl Failure for SourceError {
                 Kind::TruncatedData
             }
             Self::GzipDamaged { .. } => Kind::CorruptCompression,
+            Self::Interrupted => Kind::Interrupted,
             Self::PlaneBuffer => Kind::Internal,
             Self::Dicom(e) => e.kind(),
             Self::Wrap(e) => e.kind(),

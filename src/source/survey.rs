@@ -4,7 +4,6 @@ use ndarray::{ArrayViewMut2, Axis};
 
 use super::{Planes, SourceError, Volume};
 use crate::cancel::Cancel;
-use crate::error::Kind;
 use crate::volume::{Meta, Note, Sample, Survey, Tally};
 use crate::with_planes;
 
@@ -12,20 +11,10 @@ use crate::with_planes;
 /// counts.
 ///
 /// # Errors
-/// Whatever the planes have to say; too little memory for one plane.
-pub fn survey(volume: Volume<'_>) -> Result<Survey, SourceError> {
-    volume.survey(&Cancel::new())
-}
-
-impl Volume<'_> {
-    /// The same as [`survey`], which ends at the next plane where a stop is asked for.
-    ///
-    /// # Errors
-    /// Those of [`survey`]; one of the kind [`Kind::Interrupted`].
-    pub fn survey(self, cancel: &Cancel) -> Result<Survey, SourceError> {
-        let Volume { meta, planes } = self;
-        with_planes!(planes, planes => of(&meta, planes, cancel))
-    }
+/// Whatever the planes have to say; too little memory for one plane; [`SourceError::Interrupted`].
+pub fn survey(volume: Volume<'_>, cancel: &Cancel) -> Result<Survey, SourceError> {
+    let Volume { meta, planes } = volume;
+    with_planes!(planes, planes => of(&meta, planes, cancel))
 }
 
 fn of<T: Sample>(
@@ -71,10 +60,6 @@ fn of<T: Sample>(
     Ok(Survey::new(meta, tally, notes))
 }
 
-fn go_on(cancel: &Cancel) -> Result<(), SourceError> {
-    if !cancel.is_raised() {
-        return Ok(());
-    }
-    let message = "interrupted".to_owned();
-    Err(SourceError::Other { kind: Kind::Interrupted, message, hint: None })
+pub(super) fn go_on(cancel: &Cancel) -> Result<(), SourceError> {
+    if cancel.is_raised() { Err(SourceError::Interrupted) } else { Ok(()) }
 }

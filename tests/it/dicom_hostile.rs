@@ -234,7 +234,7 @@ fn a_zip_entry_whose_checksum_does_not_hold_is_refused_by_name() {
         std::fs::write(&path, &bytes).unwrap();
         let study = dicom::scan(&path, &ScanOptions::default()).unwrap();
         let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
-        let error = mcubes::source::survey(volume).unwrap_err();
+        let error = mcubes::source::survey(volume, &mcubes::cancel::Cancel::new()).unwrap_err();
         assert_eq!(error.kind(), Kind::CorruptCompression, "{error}");
         assert!(error.to_string().starts_with("S2: "), "{error}");
     }

@@ -102,7 +102,8 @@ fn frames_are_refused_for_the_text_that_each_would_hold() {
 fn read(path: &Path) -> Result<Vec<f64>, Error> {
     let study = dicom::scan(path, &ScanOptions::default())?;
     let volume = study.open(study.default()?, &OpenOptions::default())?;
-    let found = mcubes::source::survey(volume).map_err(|e| Error::at(path, e));
+    let found = mcubes::source::survey(volume, &mcubes::cancel::Cancel::new())
+        .map_err(|e| Error::at(path, e));
     found.map(|_| ())?;
     let volume = study.open(study.default()?, &OpenOptions::default())?;
     Ok(values(volume).unwrap())

@@ -132,7 +132,7 @@ fn a_damaged_jpeg_ls_frame_says_what_is_wrong_with_it() {
         std::fs::copy(folder.join(name), copy.path().join("IM2.dcm")).unwrap();
         let study = scan(copy.path());
         let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
-        let error = mcubes::source::survey(volume).unwrap_err();
+        let error = mcubes::source::survey(volume, &mcubes::cancel::Cancel::new()).unwrap_err();
         let error = Error::at(copy.path(), error);
         assert_eq!(error.kind(), kind, "{error}");
         assert!(

@@ -1,5 +1,6 @@
 //! What values a volume holds, against numpy's view and the formulas.
 
+use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, Dims, Grid};
 use mcubes::source::{self, AnyPlanes, OpenOptions, Planes, RawInput, Volume, open_raw, survey};
 use mcubes::volume::{Format, Meta, Padding, StoredType, Survey};
@@ -18,7 +19,7 @@ fn of_array<'a, T: mcubes::volume::Sample>(
     let dims = Dims::checked(nx as i64, ny as i64, nz as i64, 8).unwrap();
     let mut meta = Meta::plain(Format::Memory, Grid::new(dims, Affine::IDENTITY), T::TYPE);
     change(&mut meta);
-    survey(Volume { meta, planes: planes(Planes::Resident(*array)) }).unwrap()
+    survey(Volume { meta, planes: planes(Planes::Resident(*array)) }, &Cancel::new()).unwrap()
 }
 
 /// The greatest variance between two groups parted at any value, and that of parting at `iso`.
@@ -48,7 +49,7 @@ fn ranges_and_counts_of_all_good_files_are_numpys() {
     for Entry { root, name: path, facts: entry } in entries("nifti").iter().filter(|e| e.is("good"))
     {
         let open = || source::open(&root.join(path), &OpenOptions::default()).unwrap();
-        let found = survey(open()).unwrap();
+        let found = survey(open(), &Cancel::new()).unwrap();
         let close = |got: f64, want: f64| (got - want).abs() <= 1e-9 * want.abs();
         match (entry["min"].as_f64(), entry["max"].as_f64(), found.range) {
             (Some(min), Some(max), Some((low, high))) => {
@@ -74,7 +75,7 @@ fn otsu_parts_real_scans_as_well_as_any_value_can() {
     for entry in entries("nifti").iter().filter(|e| e.is("good") && is_scan(&e.name)) {
         let path = &entry.name;
         let open = || source::open(&entry.path(), &OpenOptions::default()).unwrap();
-        let found = survey(open()).unwrap();
+        let found = survey(open(), &Cancel::new()).unwrap();
         let Some(otsu) = found.otsu else { continue };
         let volume = open();
         let rescale = volume.meta.rescale;
@@ -125,7 +126,7 @@ fn a_strided_array_counts_like_a_contiguous_one() {
 fn a_head_in_hounsfield_units_suggests_bone_and_skin() {
     let head = repository("testdata/ct_head.nii.gz");
     let volume = source::open(&head, &OpenOptions::default()).unwrap();
-    let all = survey(volume).unwrap().suggested();
+    let all = survey(volume, &Cancel::new()).unwrap().suggested();
     assert!(all.iter().any(|s| s.iso == 300.0 && s.meaning.starts_with("bone")));
     assert!(all.iter().any(|s| s.iso == -300.0 && s.meaning.starts_with("skin")));
 }
@@ -154,6 +155,6 @@ fn a_mask_suggests_half_of_its_least_label() {
 fn a_raw_volume_is_surveyed_too() {
     let path = repository("testdata/raw/phantom_u8_le.raw");
     let options = source::RawOptions::new([20, 24, 28], StoredType::U8);
-    let found = survey(open_raw(RawInput::Path(path), &options).unwrap()).unwrap();
+    let found = survey(open_raw(RawInput::Path(path), &options).unwrap(), &Cancel::new()).unwrap();
     assert_eq!(found.range, Some((0.0, 240.0)));
 }

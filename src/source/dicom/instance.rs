@@ -85,7 +85,9 @@ impl Frame {
     /// Bytes of text that it holds.
     pub(super) fn text_bytes(&self) -> u64 {
         let mixed: usize = self.mixed.iter().flatten().map(String::capacity).sum();
-        (self.apart.capacity() + mixed) as u64
+        let dimensions: usize =
+            self.dimensions.iter().map(|text| size_of::<String>() + text.capacity()).sum();
+        (self.apart.capacity() + mixed + dimensions) as u64
     }
 }
 

@@ -5,6 +5,7 @@ use super::lend::{Either, Pool, map_planes, plane};
 use super::valid::Valid;
 use crate::cancel::Cancel;
 use crate::geom::Dims;
+use crate::source::survey::go_on;
 use crate::source::{AnyPlanes, Planes, SourceError, Volume};
 use crate::volume::{Meta, Rescale, Sample, StoredType};
 use crate::with_planes;
@@ -99,9 +100,7 @@ fn look<T: Sample>(
     let mut planes = Either::from(planes);
     let mut seen: Vec<T> = Vec::with_capacity(2);
     for k in 0..dims.nz() {
-        if cancel.is_raised() {
-            return Ok(None);
-        }
+        go_on(cancel)?;
         read(&mut planes, k, dims, &mut buffer)?;
         for &x in buffer.iter() {
             if !seen.contains(&x) && valid.holds(x) {

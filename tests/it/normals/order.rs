@@ -66,6 +66,16 @@ fn found_by<T: Classify>(v: &Array3<T>, iso: f64, side: Side, cpu: Cpu) -> [Vec<
     [vertices, normals].map(|points| points.iter().map(|p| p.map(f32::to_bits)).collect())
 }
 
+/// The same bits as integers of every type.
+fn integers_are_the_same_by_all_instructions(v: &Array3<u32>) {
+    is_the_same_by_all_instructions(&v.mapv(|x| x as u8), 127.5);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i8), 0.5);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as u16), 32_768.0);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i16), -0.5);
+    is_the_same_by_all_instructions(v, 2_147_483_648.0);
+    is_the_same_by_all_instructions(&v.mapv(|x| x as i32), 0.0);
+}
+
 fn is_the_same_by_all_instructions<T: Classify>(v: &Array3<T>, iso: f64) {
     for side in [Side::AtLeast, Side::Below] {
         let expected = found_by(v, iso, side, Cpu::Scalar);
@@ -82,12 +92,7 @@ proptest! {
     fn the_whole_range_of_every_type_gives_the_same_bytes_by_all_instructions(
         v in volume(any::<u32>()), wild in volume(wild_f32())
     ) {
-        is_the_same_by_all_instructions(&v.mapv(|x| x as u8), 127.5);
-        is_the_same_by_all_instructions(&v.mapv(|x| x as i8), 0.5);
-        is_the_same_by_all_instructions(&v.mapv(|x| x as u16), 32_768.0);
-        is_the_same_by_all_instructions(&v.mapv(|x| x as i16), -0.5);
-        is_the_same_by_all_instructions(&v, 2_147_483_648.0);
-        is_the_same_by_all_instructions(&v.mapv(|x| x as i32), 0.0);
+        integers_are_the_same_by_all_instructions(&v);
         is_the_same_by_all_instructions(&wild, 0.0);
         is_the_same_by_all_instructions(&wild.mapv(|x| f64::from(x) * 1e200), 0.0);
     }
@@ -98,12 +103,7 @@ proptest! {
 fn dense_planes_of_every_type_give_the_same_bytes_by_all_instructions() {
     let mut random = Random::new(5);
     let v = Array3::from_shape_fn((4, 71, 130), |_| random.below(1 << 32) as u32);
-    is_the_same_by_all_instructions(&v.mapv(|x| x as u8), 127.5);
-    is_the_same_by_all_instructions(&v.mapv(|x| x as i8), 0.5);
-    is_the_same_by_all_instructions(&v.mapv(|x| x as u16), 32_768.0);
-    is_the_same_by_all_instructions(&v.mapv(|x| x as i16), -0.5);
-    is_the_same_by_all_instructions(&v, 2_147_483_648.0);
-    is_the_same_by_all_instructions(&v.mapv(|x| x as i32), 0.0);
+    integers_are_the_same_by_all_instructions(&v);
     is_the_same_by_all_instructions(&v.mapv(|x| x as i32 as f32), 0.5);
     is_the_same_by_all_instructions(&v.mapv(|x| f64::from(x as i32)), 0.5);
 }
