@@ -147,11 +147,9 @@ fn status_kib(name: &str) -> u64 {
 /// Seconds of processor time of all threads so far; the clock of the system counts in hundredths,
 /// which is all that the standard library can see.
 fn cpu_seconds() -> f64 {
-    let stat = fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
-    let own = stat.split_whitespace().next().and_then(|n| n.parse::<f64>().ok());
     let threads = fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let ticks = threads.rsplit(')').next().map(|rest| {
         rest.split_whitespace().skip(11).take(2).filter_map(|n| n.parse::<f64>().ok()).sum::<f64>()
     });
-    ticks.map_or(own.unwrap_or(0.0) / 1e9, |ticks| ticks / 100.0)
+    ticks.unwrap_or(0.0) / 100.0
 }

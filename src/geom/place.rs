@@ -25,6 +25,9 @@ pub enum PlaceError {
         /// The largest coordinate.
         reach: f64,
     },
+    /// A corner of the volume is nowhere.
+    #[error("the volume's corners have coordinates that are no finite numbers")]
+    NotFinite,
 }
 
 impl Place {
@@ -42,7 +45,7 @@ impl Place {
     ///
     /// # Errors
     /// [`PlaceError::OutOfRange`] where `f32` coordinates are too coarse for the promise that no
-    /// two vertices coincide.
+    /// two vertices coincide; [`PlaceError::NotFinite`].
     pub fn new(grid: &Grid, space: Space) -> Result<Self, PlaceError> {
         let grid = grid.in_space(space);
         let across = grid.plane_origins.as_ref().map_or(grid.affine.column(2), |_| {
@@ -101,6 +104,9 @@ fn epsilon(grid: &Grid) -> Result<f64, PlaceError> {
         let origin = grid.plane_origin(k);
         for (i, j) in [(-1.0, -1.0), (nx, -1.0), (-1.0, ny), (nx, ny)] {
             let corner = [0, 1, 2].map(|a| origin[a] + i * ci[a] + j * cj[a]);
+            if !corner.iter().all(|x| x.is_finite()) {
+                return Err(PlaceError::NotFinite);
+            }
             bounds.include(corner);
         }
     }
@@ -160,5 +166,8 @@ mod tests {
         assert!(at(20_000.0).unwrap().epsilon() > Place::COARSE_EPSILON);
         assert!(matches!(at(1e7), Err(PlaceError::OutOfRange { .. })));
         assert!(matches!(at(1e300), Err(PlaceError::OutOfRange { .. })));
+        for nowhere in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(at(nowhere).unwrap_err(), PlaceError::NotFinite);
+        }
     }
 }

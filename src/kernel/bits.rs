@@ -28,10 +28,15 @@ pub(super) struct BitPlane {
     y_before: Vec<u32>,
 }
 
+/// Words of a row.
+fn stride(nx: usize) -> usize {
+    (nx / 64 + 1).next_multiple_of(8)
+}
+
 impl BitPlane {
     /// All outside.
     pub(super) fn new(nx: usize, ny: usize) -> Self {
-        let stride = (nx / 64 + 1).next_multiple_of(8);
+        let stride = stride(nx);
         Self {
             nx,
             ny,
@@ -42,6 +47,12 @@ impl BitPlane {
             x_before: vec![0; ny + 3],
             y_before: vec![0; ny + 3],
         }
+    }
+
+    /// Bytes that a plane takes.
+    pub(super) fn bytes(nx: usize, ny: usize) -> u64 {
+        let a_row = 8 * stride(nx) + size_of::<bool>() + 2 * size_of::<u32>();
+        (ny as u64 + 3).saturating_mul(a_row as u64)
     }
 
     /// Makes this plane the same as another.

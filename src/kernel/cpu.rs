@@ -15,10 +15,19 @@ pub enum Cpu {
     Avx512,
 }
 
-impl Cpu {
-    /// The set itself, or the widest one that this processor has.
-    pub(super) fn at_most_this_processors(self) -> Self {
-        self.min(widest())
+/// A set that this processor has: what makes it sound to call functions compiled for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Detected(Cpu);
+
+impl Detected {
+    /// `asked`, or the widest set that this processor has.
+    pub(super) fn at_most(asked: Cpu) -> Self {
+        Self(asked.min(widest()))
+    }
+
+    /// The set.
+    pub(super) fn cpu(self) -> Cpu {
+        self.0
     }
 }
 

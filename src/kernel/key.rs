@@ -1,8 +1,9 @@
 //! One comparison for all sample types: flip some bits, then compare signed or ordered.
 
 use super::bits::BitPlane;
+use super::cpu::Detected;
 use super::tetra::Crossings;
-use super::{Cpu, Cut, simd};
+use super::{Cut, simd};
 use crate::volume::Sample;
 
 /// A sample type that the kernel can turn into bit planes.
@@ -29,7 +30,13 @@ pub trait Key: bytemuck::Pod + Default + Send + Sync {
     fn reaches(self, at: Self) -> bool;
 
     /// Fills a bit plane with `key(sample) ≥ threshold.at` by the widest instructions allowed.
-    fn fill(cpu: Cpu, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits);
+    fn fill(
+        cpu: Detected,
+        samples: &[Self],
+        threshold: Threshold<Self>,
+        open: bool,
+        out: &mut Bits,
+    );
 }
 
 /// A bit plane, opaque outside the kernel; where the method wants them, with its diagonals.
@@ -97,7 +104,7 @@ macro_rules! integer_key {
                 self >= at
             }
 
-            fn fill(cpu: Cpu, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits) {
+            fn fill(cpu: Detected, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits) {
                 simd::$key::fill(cpu, samples, threshold, open, &mut out.0);
             }
         }
@@ -129,7 +136,7 @@ macro_rules! float_key {
                 self >= at
             }
 
-            fn fill(cpu: Cpu, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits) {
+            fn fill(cpu: Detected, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits) {
                 simd::$key::fill(cpu, samples, threshold, open, &mut out.0);
             }
         }

@@ -39,7 +39,8 @@ pub use crossing::crossing;
 pub use cut::{Cut, Side};
 pub use key::Classify;
 pub use settle::{CellSurface, settle};
-pub use slab::{PatchSlices, Scratch, SharedPlane, Slab, Totals};
+pub(crate) use slab::SharedPlane;
+pub use slab::{PatchSlices, Scratch, Slab, Totals};
 pub use tetra::{N_LANES, TetraTables, lane_corners};
 
 use std::ops::Range;
@@ -47,6 +48,7 @@ use std::ops::Range;
 use crate::geom::{Dims, Place};
 use crate::volume::Rescale;
 use bits::BitPlane;
+use cpu::Detected;
 use emit::{FirstIds, Triangles};
 use key::{Bits, Key, Threshold};
 use layer::{Cells, Counts, SLOW};
@@ -69,7 +71,7 @@ pub struct Kernel<T: Classify> {
     /// Where the method is tetrahedra.
     tetra: Option<&'static TetraTables>,
     counts: Counts,
-    cpu: Cpu,
+    cpu: Detected,
 }
 
 /// How cells become triangles.
@@ -140,7 +142,7 @@ impl<T: Classify> Kernel<T> {
             tables,
             tetra,
             counts,
-            cpu: cpu.at_most_this_processors(),
+            cpu: Detected::at_most(cpu),
         }
     }
 
@@ -153,8 +155,8 @@ impl<T: Classify> Kernel<T> {
         }
     }
 
-    /// Turns the planes after each of the slab's layers into bits, and the one before them all if
-    /// no other worker hands it over ([`Scratch::take_first_plane`]) before [`Kernel::count`].
+    /// Turns the planes after each of the slab's layers into bits; [`Kernel::count`] does so with the
+    /// one before them all, if `scratch` does not have it by then. `scratch` is of this kernel alone.
     pub fn classify(&self, slab: &Slab<'_, T>, scratch: &mut Scratch) {
         let (nx, ny) = self.placing.dims;
         let n_layers = slab.layers.len();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::bits::BitPlane;
 use super::key::Bits;
-use super::layer::Layer;
+use super::layer::{ActiveWord, Layer, RowRun};
 use super::settled::Settled;
 use super::tetra::{Crossings, Diagonals};
 use crate::mesh::{Normal, Position, Triangle};
@@ -50,7 +50,7 @@ pub struct PatchSlices<'a> {
     pub triangles: &'a mut [Triangle],
 }
 
-/// What a worker keeps from counting a slab to filling it, and reuses for the next.
+/// What a worker of one kernel keeps from counting a slab to filling it, and reuses for the next.
 #[derive(Debug, Default)]
 pub struct Scratch {
     /// One bit plane more than layers.
@@ -65,7 +65,7 @@ pub struct Scratch {
 
 /// The bits of a plane that two slabs share, on their way from one worker to another.
 #[derive(Debug, Default)]
-pub struct SharedPlane(Option<Bits>);
+pub(crate) struct SharedPlane(Option<Bits>);
 
 /// One layer of a slab.
 #[derive(Debug, Default)]
@@ -78,6 +78,17 @@ pub(super) struct LayerScratch {
 }
 
 impl Scratch {
+    /// Bytes for slabs of `n_layers` layers of planes of `nx` by `ny` samples, with room for the
+    /// active cells of a body, and for the plane that is shared with another worker.
+    pub fn likely_bytes(nx: usize, ny: usize, n_layers: usize) -> u64 {
+        const CELLS_A_SAMPLE: u64 = 24;
+        let a_row = size_of::<RowRun>() + size_of::<ActiveWord>() + size_of::<u32>();
+        let rows = (ny as u64 + 3).saturating_mul(a_row as u64);
+        let planes = BitPlane::bytes(nx, ny).saturating_mul(n_layers as u64 + 2);
+        let cells = (nx as u64).saturating_mul(ny as u64).saturating_mul(CELLS_A_SAMPLE);
+        planes.saturating_add(rows.saturating_mul(n_layers as u64)).saturating_add(cells)
+    }
+
     /// The totals of the layer `n` of the slab last counted.
     pub fn totals(&self, n: usize) -> Totals {
         self.layers.get(n).map_or_else(Totals::default, |layer| layer.totals)
@@ -103,19 +114,19 @@ impl Scratch {
 
     /// Copies the bits of the last plane that [`super::Kernel::classify`] saw, for whoever counts
     /// the slab after this one.
-    pub fn share_last_plane(&self, shared: &mut SharedPlane) {
+    pub(crate) fn share_last_plane(&self, shared: &mut SharedPlane) {
         if let Some(last) = self.bits.get(self.last_bits) {
             shared.0.get_or_insert_with(Bits::empty).copy_from(last);
         }
     }
 
     /// Whether the slab's first layer still needs the bits of the plane before it.
-    pub fn lacks_first_plane(&self) -> bool {
+    pub(crate) fn lacks_first_plane(&self) -> bool {
         !self.has_first
     }
 
     /// Takes the bits of the plane before the slab's first layer from whoever had that plane.
-    pub fn take_first_plane(&mut self, shared: &mut SharedPlane) {
+    pub(crate) fn take_first_plane(&mut self, shared: &mut SharedPlane) {
         if let (Some(theirs), Some(first)) = (&mut shared.0, self.bits.first_mut()) {
             std::mem::swap(first, theirs);
             self.has_first = true;

@@ -45,9 +45,12 @@ impl<T: bytemuck::Pod> Buffer<T> {
         Some(Self { len, memory: Memory::Map(map) })
     }
 
-    /// `len` items, all zero.
-    pub fn zeroed(len: usize) -> Self {
-        Self { len, memory: Memory::Vector(vec![T::zeroed(); len]) }
+    /// `len` items, all zero. Nothing where there is too little memory.
+    pub fn zeroed(len: usize) -> Option<Self> {
+        let mut items = Vec::new();
+        items.try_reserve_exact(len).ok()?;
+        items.resize(len, T::zeroed());
+        Some(Self { len, memory: Memory::Vector(items) })
     }
 
     /// Keeps the first `len` items.

@@ -1,6 +1,6 @@
 //! A whole mesh in memory.
 
-use super::{Normal, Patch, Position, Topology, Triangle};
+use super::{Normal, Position, Topology, Triangle};
 
 /// Vertices and the triangles that share them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,15 +20,5 @@ impl Mesh {
     /// A triangle names a vertex that is not there.
     pub fn topology(&self) -> Topology {
         Topology::of(&self.vertices, &self.triangles)
-    }
-
-    /// The whole mesh as one patch, for an encoder.
-    pub fn into_patch(self) -> Patch {
-        Patch {
-            vertices: self.vertices,
-            normals: self.normals,
-            triangles: self.triangles,
-            ..Patch::default()
-        }
     }
 }

@@ -45,6 +45,12 @@ pub enum RunError {
         /// Bytes that it may take.
         limit: u64,
     },
+    /// The system did not give memory for the mesh.
+    #[error("{} of memory for the mesh are not to be had", mebibytes(*.bytes))]
+    Memory {
+        /// How many were asked for.
+        bytes: u64,
+    },
     /// More than a mesh file can count.
     #[error("the mesh has more than {limit} {what}, which is all that mesh files can count")]
     TooMany {
@@ -61,6 +67,9 @@ pub enum RunError {
         /// The grid's.
         expected: [usize; 3],
     },
+    /// An iso value that no sample can be held against.
+    #[error("the iso value is {0}: it has to be a finite number")]
+    Iso(f64),
     /// The run was asked to stop.
     #[error("interrupted")]
     Interrupted,
@@ -103,10 +112,12 @@ impl Failure for RunError {
             Self::Source(e) => e.kind(),
             Self::Sink(e) => e.kind(),
             Self::Place(_) => Kind::OutOfRangeSpace,
-            Self::IsoNotReached { .. } | Self::NoLabel | Self::NoIso | Self::OneValue => {
-                Kind::IsoNotReached
-            }
-            Self::TooLarge { .. } => Kind::TooLarge,
+            Self::IsoNotReached { .. }
+            | Self::Iso(_)
+            | Self::NoLabel
+            | Self::NoIso
+            | Self::OneValue => Kind::IsoNotReached,
+            Self::TooLarge { .. } | Self::Memory { .. } => Kind::TooLarge,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Grid { .. } => Kind::BadDims,
             Self::Interrupted => Kind::Interrupted,

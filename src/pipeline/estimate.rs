@@ -6,6 +6,7 @@ use super::RunOptions;
 use super::patches::PATCH_TRIANGLES;
 use super::plan::Plan;
 use crate::geom::Dims;
+use crate::kernel::Scratch;
 
 /// A run's own part: its threads, its buffers for reading and writing, the counts of a survey.
 const BASE_BYTES: u64 = 8 << 20;
@@ -35,11 +36,11 @@ pub fn working_bytes(
     let slabs = threads.min(plan.n_slabs()) as u64;
     let planes = plan.layers(0).len() as u64 + 3;
     let samples = slabs.saturating_mul(planes).saturating_mul(plane);
-    // Three bits a sample, and what is noted of the cells of a layer: cases, active words, and those
-    // that need settling.
-    let bits = samples / 8 * 3 + slabs * 6 * 4 * plane;
-    let cells = (plane + 1).saturating_mul(plan.layers(0).len() as u64);
-    let per_surface = (bits + slabs * patch_bytes(cells)).saturating_add(spooled);
+    let n_layers = plan.layers(0).len();
+    let scratch = Scratch::likely_bytes(dims.nx(), dims.ny(), n_layers);
+    let cells = (plane + 1).saturating_mul(n_layers as u64);
+    let per_surface =
+        slabs.saturating_mul(scratch.saturating_add(patch_bytes(cells))).saturating_add(spooled);
     BASE_BYTES
         .saturating_add(samples.saturating_mul(sample_bytes.max(1) as u64))
         .saturating_add(per_surface.saturating_mul(n_surfaces as u64))

@@ -26,11 +26,12 @@ pub struct Surface {
 
 /// Meshes a volume in memory: (z, y, x) order, x fastest; any strides, contiguous is fast.
 ///
-/// Vertices are in voxel indices; [`mesh_placed`] puts them into millimetres. A volume that nothing
-/// in it reaches the iso value gives an empty mesh.
+/// Vertices are in voxel indices; [`mesh_placed`] puts them into millimetres. A volume in which
+/// nothing reaches the iso value gives an empty mesh.
 ///
 /// # Errors
-/// A volume without samples or too large, or a mesh with more vertices than `u32` ids can name.
+/// A volume without samples or too large, an iso value that is no finite number, or a mesh of more
+/// than 2³¹ - 1 vertices.
 ///
 /// ```
 /// use mcubes::pipeline::{RunOptions, SurfaceOptions};
@@ -71,7 +72,8 @@ pub fn mesh_placed<T: Classify>(
         return Err(Error::new(RunError::Grid { found, expected }));
     }
     let place = Place::new(grid, space).map_err(|e| Error::new(RunError::from(e)))?;
-    let kernel = Kernel::new(dims, &place, Rescale::IDENTITY, surface.rule(), cpu());
+    let kernel =
+        Kernel::new(dims, &place, Rescale::IDENTITY, surface.rule().map_err(Error::new)?, cpu());
     into_memory(volume, dims, &kernel, surface.normals, options).map_err(Error::new)
 }
 
@@ -94,7 +96,8 @@ fn into_memory<T: Classify>(
     } else {
         let mut counter = Counter;
         let surfaces = vec![(kernel.clone(), &mut counter)];
-        Surface::zeroed(total(&run(Planes::Resident(volume), dims, surfaces, options)?), normals)
+        let totals = total(&run(Planes::Resident(volume), dims, surfaces, options)?);
+        Surface::zeroed(totals, normals).ok_or_else(|| too_little_memory(totals, normals))?
     };
     let rest = Slices {
         vertices: &mut surface.vertices,
@@ -119,13 +122,14 @@ impl Surface {
         })
     }
 
-    fn zeroed(totals: Totals, normals: bool) -> Self {
+    /// Room for just so many, in memory that is there.
+    fn zeroed(totals: Totals, normals: bool) -> Option<Self> {
         let n_vertices = totals.n_vertices as usize;
-        Self {
-            vertices: Buffer::zeroed(n_vertices),
-            normals: normals.then(|| Buffer::zeroed(n_vertices)),
-            triangles: Buffer::zeroed(totals.n_triangles as usize),
-        }
+        Some(Self {
+            vertices: Buffer::zeroed(n_vertices)?,
+            normals: if normals { Some(Buffer::zeroed(n_vertices)?) } else { None },
+            triangles: Buffer::zeroed(totals.n_triangles as usize)?,
+        })
     }
 
     fn truncate(&mut self, totals: Totals) {
@@ -135,6 +139,13 @@ impl Surface {
         }
         self.triangles.truncate(totals.n_triangles as usize);
     }
+}
+
+fn too_little_memory(totals: Totals, normals: bool) -> RunError {
+    let a_vertex = size_of::<Position>() + if normals { size_of::<Normal>() } else { 0 };
+    let bytes =
+        totals.n_vertices * a_vertex as u64 + totals.n_triangles * size_of::<Triangle>() as u64;
+    RunError::Memory { bytes }
 }
 
 fn total(outcome: &Outcome) -> Totals {

@@ -66,9 +66,12 @@ fn extract_typed<T: Classify>(
     let with_normals = rules.iter().map(|rule| rule.normals);
     let mut outputs: Vec<_> =
         sinks.into_iter().zip(with_normals).map(|(sink, n)| Patches::new(sink, n)).collect();
-    let kernels =
-        rules.iter().map(|rule| Kernel::new(dims, place, meta.rescale, rule.rule(), cpu()));
-    let outcome = run::run(planes, dims, kernels.zip(&mut outputs).collect(), options)?;
+    let kernels = rules
+        .iter()
+        .map(|rule| Ok(Kernel::new(dims, place, meta.rescale, rule.rule()?, cpu())))
+        .collect::<Result<Vec<_>, RunError>>()?;
+    let surfaces = kernels.into_iter().zip(&mut outputs).collect();
+    let outcome = run::run(planes, dims, surfaces, options)?;
     let mut reports = Vec::new();
     if let Some(rule) = rules.first()
         && outcome.totals.iter().all(|totals| totals.n_triangles == 0)

@@ -1,5 +1,6 @@
 //! What a run is asked to do, and what it reports.
 
+use super::RunError;
 use crate::cancel::Cancel;
 use crate::kernel::{Method, Rule, Side};
 use crate::mesh::Measure;
@@ -22,8 +23,12 @@ pub struct SurfaceOptions {
 
 impl SurfaceOptions {
     /// What the kernel needs to know of it.
-    pub(super) fn rule(&self) -> Rule {
-        Rule { iso: self.iso, side: self.side, method: self.method, open: self.open }
+    pub(super) fn rule(&self) -> Result<Rule, RunError> {
+        let Self { iso, side, method, open, .. } = *self;
+        if !iso.is_finite() {
+            return Err(RunError::Iso(iso));
+        }
+        Ok(Rule { iso, side, method, open })
     }
 
     /// The closed surface at `iso`, inside at and above it.

@@ -83,13 +83,17 @@ impl<T: Classify> Output<T> for Patches<'_> {
         self.sink.in_turn(stop, counted.number, |place| {
             begun = Instant::now();
             self.append(place, buffers, is_small)?;
+            spent.write += begun.elapsed();
             while part.end < layers.end {
+                begun = Instant::now();
                 first = first.wrapping_add(totals.n_vertices as u32);
                 (part, totals) = next_part(&counted, part.end);
                 fill(&counted, part.clone(), totals, first, self.normals, &mut buffers.patch);
+                spent.mesh += begun.elapsed();
+                begun = Instant::now();
                 self.append(place, buffers, false)?;
+                spent.write += begun.elapsed();
             }
-            spent.write += begun.elapsed();
             Ok(())
         })?;
         Ok(spent)

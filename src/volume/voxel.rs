@@ -34,7 +34,7 @@ impl StoredType {
     ];
 
     /// Bytes of one sample.
-    pub fn size(self) -> usize {
+    pub const fn size(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
             Self::U16 | Self::I16 => 2,
@@ -67,8 +67,10 @@ impl fmt::Display for StoredType {
 }
 
 /// A sample type that the kernel meshes as it is stored. 64-bit integers are read as `f64`.
+///
+/// No other crate can add one: the kernel's gathers rely on `TYPE`.
 pub trait Sample:
-    bytemuck::Pod + PartialOrd + Default + Send + Sync + fmt::Debug + 'static
+    sealed::Sealed + bytemuck::Pod + PartialOrd + Default + Send + Sync + fmt::Debug + 'static
 {
     /// Its stored type.
     const TYPE: StoredType;
@@ -93,8 +95,14 @@ pub trait Sample:
     const LAST: i64;
 }
 
+mod sealed {
+    pub trait Sealed {}
+}
+
 macro_rules! integer_sample {
     ($wide:ty: $($t:ty => $name:ident),*) => {$(
+        impl sealed::Sealed for $t {}
+
         impl Sample for $t {
             const TYPE: StoredType = StoredType::$name;
             const FIRST: i64 = <$t>::MIN as i64;
@@ -124,6 +132,8 @@ integer_sample!(i64: u32 => U32, i32 => I32);
 
 macro_rules! float_sample {
     ($($t:ty, $bits:ty => $name:ident),*) => {$(
+        impl sealed::Sealed for $t {}
+
         impl Sample for $t {
             const TYPE: StoredType = StoredType::$name;
             // As IEEE 754 orders bit patterns: sign and magnitude, the negative ones turned round.

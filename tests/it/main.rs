@@ -29,6 +29,7 @@ mod normals;
 mod oracle;
 mod order;
 mod phantom;
+mod placed;
 mod raw;
 mod read_back;
 mod readers;

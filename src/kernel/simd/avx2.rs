@@ -12,6 +12,7 @@ use super::super::gather::Gathered;
 use super::super::key::Threshold;
 use super::super::layer::{Cells, Counts, Layer, row_cells};
 use super::super::normal::Surroundings;
+use super::super::tetra::{Between, Crossings, Kind, Region, TetraTriangles};
 use super::super::vertices::{LayerEdges, LayerSlots, Means, Placing, Plane, Slots};
 use super::prefetch;
 use crate::mesh::Position;
@@ -208,4 +209,29 @@ fn with_normals<T: Sample>(
     out: Slots<'_>,
 ) {
     around.vertices(family, edges, out);
+}
+
+/// Tetrahedra: the plain code, with the instructions for single bits.
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn count_diagonals(
+    region: &Region,
+    kind: Kind,
+    [low, high]: [&BitPlane; 2],
+    out: &mut Crossings,
+) {
+    out.fill_with(region, kind, low, high);
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn diagonal_vertices<T: Sample>(
+    placing: &Placing,
+    between: &Between<'_, T>,
+    out: &mut [Position],
+) {
+    between.place(placing, out);
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn emit_tetra(triangles: &TetraTriangles<'_>, out: &mut [u32]) {
+    triangles.emit_portable(out);
 }

@@ -12,6 +12,7 @@ use super::super::layer::{
     ActiveWord, CASE_SLACK, Cells, Counts, FourRows, Layer, RowCells, RowMask, RowOut, SLOW,
     SlowCell,
 };
+use super::super::tetra::TetraTriangles;
 use super::prefetch;
 
 macro_rules! key {
@@ -276,7 +277,7 @@ fn add(ids: __m512i, by: [u8; 16]) -> __m512i {
 /// `n`.
 #[target_feature(enable = "avx512f")]
 #[inline]
-pub(super) fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
+fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
     let out = out.get_mut(at..).unwrap_or_default();
     if let Some(slots) = out.first_chunk_mut::<16>() {
         *slots = must_cast(ids);
@@ -286,4 +287,29 @@ pub(super) fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
             *slot = id;
         }
     }
+}
+
+/// Tetrahedra: thirty-two ids are two registers, from which one permute chooses sixteen.
+#[target_feature(enable = "avx512f,avx512bw,avx512vl,avx2,bmi1,bmi2,popcnt,lzcnt")]
+pub(super) fn emit_tetra(triangles: &TetraTriangles<'_>, out: &mut [u32]) {
+    triangles.emit_with(out, |tables, lanes, cases, out| {
+        let mut ids: [__m512i; 2] = must_cast(lanes);
+        let mut at = 0;
+        for &case in cases {
+            let case = usize::from(case);
+            let n = 3 * usize::from(tables.n_triangles[case]);
+            for (&block, first) in tables.corners[case].iter().zip([0, 16, 32]) {
+                if first < n {
+                    let lanes = _mm512_cvtepu8_epi32(must_cast(block));
+                    let chosen = _mm512_permutex2var_epi32(ids[0], lanes, ids[1]);
+                    store(chosen, (n - first).min(16), at + first, out);
+                }
+            }
+            at += n;
+            let by: [[u8; 16]; 2] = must_cast(tables.crossed[case]);
+            ids = [0, 1]
+                .map(|half| _mm512_add_epi32(ids[half], _mm512_cvtepu8_epi32(must_cast(by[half]))));
+        }
+        at
+    });
 }

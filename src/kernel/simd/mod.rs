@@ -1,9 +1,9 @@
 //! The loops of the kernel, compiled once an instruction set, and the choice among them.
 //!
 //! Each set has a file whose functions are safe and enabled for that set. What is `unsafe` is only
-//! the call of such a function from here, after [`Cpu`] said that the processor has the set (a
-//! `Cpu` above `Sse2` comes from detection alone), hints, and the gathers of `samples512`. Each set
-//! gives the same bits as the plain code, which is the definition.
+//! the call of such a function from here, where [`Detected`] says that the processor has the set,
+//! hints, and the gathers of `samples512`. Each set gives the same bits as the plain code, which is
+//! the definition.
 #![allow(unsafe_code)]
 #![allow(
     clippy::redundant_closure_for_method_calls,
@@ -24,7 +24,7 @@ mod sse2;
 mod vertices512;
 
 use super::bits::BitPlane;
-use super::cpu::Cpu;
+use super::cpu::{Cpu, Detected};
 use super::emit::Triangles;
 use super::family::Family;
 use super::gather::Gathered;
@@ -37,11 +37,11 @@ use crate::volume::Sample;
 /// Runs the widest function that `cpu` allows.
 macro_rules! dispatch {
     ($cpu:expr, $scalar:expr, $sse2:expr, $avx2:expr, $avx512:expr) => {
-        match $cpu {
+        match $cpu.cpu() {
             Cpu::Scalar => $scalar,
             #[cfg(target_arch = "x86_64")]
             Cpu::Sse2 => $sse2,
-            // SAFETY: `Cpu` names a set only where the processor was found to have it.
+            // SAFETY: a `Detected` is made of a set only where the processor has it.
             #[cfg(target_arch = "x86_64")]
             Cpu::Avx2 => unsafe { $avx2 },
             // SAFETY: as above.
@@ -62,7 +62,7 @@ macro_rules! keys {
 
             /// Fills a bit plane from a plane of samples.
             pub(in super::super) fn fill(
-                cpu: Cpu,
+                cpu: Detected,
                 samples: &[$key],
                 threshold: Threshold<$key>,
                 open: bool,
@@ -113,7 +113,7 @@ fn ask_lines<T>(from: *const T, n: usize) {
 
 /// Finds the crossings and cases of a layer.
 pub(super) fn fill_layer(
-    cpu: Cpu,
+    cpu: Detected,
     counts: &Counts,
     planes: [&BitPlane; 2],
     dims: (usize, usize),
@@ -135,7 +135,7 @@ pub(super) fn fill_layer(
 }
 
 /// Writes the triangles of a layer.
-pub(super) fn emit(cpu: Cpu, triangles: &Triangles<'_>, out: &mut [u32]) {
+pub(super) fn emit(cpu: Detected, triangles: &Triangles<'_>, out: &mut [u32]) {
     dispatch!(
         cpu,
         triangles.emit_portable(out),
@@ -146,7 +146,7 @@ pub(super) fn emit(cpu: Cpu, triangles: &Triangles<'_>, out: &mut [u32]) {
 }
 
 /// Makes the vertices of a layer, with their normals where those are wanted.
-pub(super) fn vertices<T: Sample>(cpu: Cpu, edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
+pub(super) fn vertices<T: Sample>(cpu: Detected, edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
     dispatch!(
         cpu,
         portable_vertices(edges, out),
@@ -158,7 +158,7 @@ pub(super) fn vertices<T: Sample>(cpu: Cpu, edges: &LayerEdges<'_, T>, out: Laye
 
 /// Makes the vertices on the X edges of a plane, then those on its Y edges.
 pub(super) fn ghosts<T: Sample>(
-    cpu: Cpu,
+    cpu: Detected,
     placing: &Placing,
     plane: Plane<'_, T>,
     out: &mut [Position],

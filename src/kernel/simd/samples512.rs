@@ -23,6 +23,8 @@ impl<'a, T: Sample> Samples<'a, T> {
     /// Nothing where the plane is smaller than a window, or larger than places can name.
     #[inline(always)]
     pub(super) fn new(samples: &'a [T]) -> Option<Self> {
+        // A gather's width goes by `TYPE`, the plane's length by the size.
+        const { assert!(size_of::<T>() == T::TYPE.size()) };
         (WINDOW..=i32::MAX as usize).contains(&samples.len()).then_some(Self(samples))
     }
 
@@ -144,7 +146,7 @@ impl<'a, T: Sample> Samples<'a, T> {
         let last = (self.0.len() - 1) as i32;
         let first = _mm256_min_epu32(places, _mm256_set1_epi32(last));
         let base = self.0.as_ptr().cast::<f64>();
-        // SAFETY: no place is outside the plane; its samples are `f64`.
+        // SAFETY: no place is outside the plane; its samples are `f64`, as `new` asserts of `TYPE`.
         unsafe { _mm512_i32gather_pd::<8>(first, base) }
     }
 
