@@ -3,7 +3,9 @@
 //! `cargo run --example cells tetrahedra > docs/tetrahedra.svg`.
 
 use mcubes::kernel::cube::{edge_axis, edge_corners};
-use mcubes::kernel::{CellSurface, N_LANES, Tables, TetraTables, crossing, lane_corners, settle};
+use mcubes::kernel::{
+    CellSurface, N_TETRA_EDGES, Tables, TetraTables, crossing, edge_ends, settle,
+};
 
 type Point = [f64; 3];
 
@@ -42,9 +44,6 @@ const CLASSES: [(&str, u8, Option<u16>); 30] = [
 ];
 
 const EPSILON: f64 = 1.0 / 1024.0;
-/// Rows without a tunnel come first.
-const FIRST_TUNNEL: u16 = 656;
-
 /// Cases drawn with their tetrahedra: triangles, a quadrilateral, and what cubes find ambiguous.
 const CUT: [(&str, u8); 6] =
     [("1", 1), ("2", 3), ("3", 6), ("4", 24), ("4, along the diagonal", 129), ("13", 105)];
@@ -103,7 +102,7 @@ fn example(case: u8, faces: Option<u16>) -> Option<([f64; 8], CellSurface)> {
         let surface = settle(tables, case, &values, t, EPSILON);
         let is_wanted = match faces {
             Some(bits) => surface.row == tables.first_row[usize::from(case)] + bits,
-            None => surface.row >= FIRST_TUNNEL,
+            None => usize::from(surface.row) >= Tables::N_PLAIN_ROWS,
         };
         if is_wanted {
             let crossed = (0..12).filter(|&edge| mcubes::kernel::cube::is_crossed(case, edge));
@@ -138,18 +137,18 @@ fn seen([x, y, z]: Point) -> Point {
 
 fn drawing(case: u8, values: &[f64; 8], surface: &CellSurface) -> Drawing {
     let row = &Tables::get(false).rows[usize::from(surface.row)];
-    let place = |lane: u8| match lane {
+    let place = |id: u8| match id {
         0..12 => {
-            let mut point = at_corner(edge_corners(lane.into())[0]);
-            point[edge_axis(lane.into())] = parameter(values, lane.into());
+            let mut point = at_corner(edge_corners(id.into())[0]);
+            point[edge_axis(id.into())] = parameter(values, id.into());
             point
         }
-        12..15 => surface.extra[usize::from(lane - 12)],
+        12..15 => surface.extra[usize::from(id - 12)],
         _ => surface.extra[0],
     };
     Drawing {
         case,
-        triangles: triangles(row.lanes.as_flattened(), row.n_triangles, place),
+        triangles: triangles(row.ids.as_flattened(), row.n_triangles, place),
         points: surface.extra[..surface.n_extra.into()].to_vec(),
         diagonals: Vec::new(),
     }
@@ -158,22 +157,22 @@ fn drawing(case: u8, values: &[f64; 8], surface: &CellSurface) -> Drawing {
 /// All vertices in the middle of their edges.
 fn drawing_of_tetrahedra(case: u8) -> Drawing {
     let tables = TetraTables::get(false);
-    let place = |lane: u8| {
-        let [a, b] = lane_corners(lane.into()).map(at_corner);
+    let place = |id: u8| {
+        let [a, b] = edge_ends(id.into()).map(at_corner);
         [0, 1, 2].map(|axis| f64::midpoint(a[axis], b[axis]))
     };
-    let corners = tables.corners[usize::from(case)].as_flattened();
+    let corners = tables.ids[usize::from(case)].as_flattened();
     Drawing {
         case,
         triangles: triangles(corners, tables.n_triangles[usize::from(case)], place),
         points: Vec::new(),
-        diagonals: (12..N_LANES).map(|lane| lane_corners(lane).map(at_corner)).collect(),
+        diagonals: (12..N_TETRA_EDGES).map(|id| edge_ends(id).map(at_corner)).collect(),
     }
 }
 
-fn triangles(lanes: &[u8], n: u8, place: impl Fn(u8) -> Point) -> Vec<[Point; 3]> {
-    let lanes = lanes.chunks(3).take(n.into());
-    lanes.map(|lanes| [place(lanes[0]), place(lanes[1]), place(lanes[2])]).collect()
+fn triangles(ids: &[u8], n: u8, place: impl Fn(u8) -> Point) -> Vec<[Point; 3]> {
+    let ids = ids.chunks(3).take(n.into());
+    ids.map(|ids| [place(ids[0]), place(ids[1]), place(ids[2])]).collect()
 }
 
 impl Drawing {

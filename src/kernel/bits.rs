@@ -8,8 +8,15 @@ const NO_ROWS: Range<usize> = Range { start: usize::MAX, end: 0 };
 /// The inside bits of one plane, 64 a word, i in rising bit order, with what numbers the crossings
 /// in the plane.
 ///
-/// Rows are counted from the border: row 0 stands for j = -1 and row `ny + 1` for j = `ny`, both
-/// always zero. A row has `ceil((nx + 1) / 64)` words, rounded up to a multiple of eight; bits from
+/// Rows are counted from the border, whose rows are always zero; rows of cells lie between them:
+///
+/// ```text
+/// row j of samples       -1    0    1  ..  ny-1   ny
+/// row q of a bit plane    0    1    2  ..   ny   ny+1
+/// row r of cells             0    1    ..      ny        r between the rows q = r and q = r + 1
+/// ```
+///
+/// A row has `ceil((nx + 1) / 64)` words, rounded up to a multiple of eight; bits from
 /// `nx` on are zero, so the topmost bit of each row is zero and the word before a row is a valid
 /// carry into it. One word stands in front of the first row for that.
 #[derive(Debug)]

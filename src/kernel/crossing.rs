@@ -4,10 +4,9 @@
 /// interpolant takes the value `level`, clamped to `[epsilon, 1 - epsilon]`; ½ where `a`, `b` or
 /// `b - a` is not finite. In `f64`, no fused multiply-add.
 ///
-/// The only place where this sentence is written in code: every vertex on a grid edge comes from
-/// here, once.
+/// The definition: `simd::vertices512` does the same for sixteen edges. Settled cells and normals,
+/// which need t again, ask with the same ends in the same order.
 #[inline(always)]
-#[expect(clippy::inline_always, reason = "the innermost arithmetic of every vertex")]
 pub fn crossing(a: f64, b: f64, level: f64, epsilon: f64) -> f64 {
     let rise = b - a;
     // A level equal to an end, or (after rounding) beyond it, is clamped; 0/0 cannot be, since the

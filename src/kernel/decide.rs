@@ -3,7 +3,7 @@
 //! Products and sums in `f64`, never fused, so that a face's two cells compute the same bits.
 //! Knows values, no rows of the tables and no vertices.
 
-use super::cube::slice_corners;
+use super::tables::cube::slice_corners;
 
 /// Whether the two inside corners of an ambiguous face are joined across it, by the asymptotic
 /// decider (Nielson and Hamann 1991). Both pairs are values less the level, positive inside. A tie

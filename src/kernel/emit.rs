@@ -1,7 +1,8 @@
 //! Triangles: each active cell's vertex ids by a permutation of sixteen running ids.
 //!
 //! ```text
-//! lane  0..4   X edges of rows A, B, C, D (see `layer`): the next id of each row
+//! local id
+//!       0..4   X edges of rows A, B, C, D (see `layer`): the next id of each row
 //!       4  6   Y edges of the plane before, left and right of the cell; the left one is always
 //!              the last one counted, so it needs no search
 //!       5  7   Y edges of the plane after
@@ -10,11 +11,11 @@
 //! ```
 
 use super::bits::BitPlane;
-use super::cases::Tables;
 use super::layer::Layer;
+use super::tables::Tables;
 
-/// The running ids of a row of cells.
-pub(super) type Lanes = [u32; 16];
+/// For each local id of a cell, the id of its vertex: moved on from cell to cell of a row.
+pub(super) type RunningIds = [u32; 16];
 
 /// Ids of the first vertices around a layer.
 #[derive(Clone, Copy, Debug)]
@@ -48,15 +49,15 @@ impl FirstIds {
         }
     }
 
-    /// The lanes at the beginning of a row of cells.
+    /// The running ids at the beginning of a row of cells.
     #[inline(always)]
-    pub(super) fn lanes(
+    pub(super) fn running_ids(
         &self,
         [prev, cur]: [&BitPlane; 2],
         layer: &Layer,
         row: usize,
         open: bool,
-    ) -> Lanes {
+    ) -> RunningIds {
         let (above, here) = (row, row + 1);
         let mut y = [self.y_prev + prev.y_before(here), self.y_cur + cur.y_before(here)];
         let mut z = [self.z + layer.z_before(above), self.z + layer.z_before(here)];
@@ -90,7 +91,7 @@ impl FirstIds {
     }
 }
 
-/// A cell that a decider has settled: which row of the tables it takes.
+/// An unsettled cell, settled: which row of the tables it takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SettledCell {
     /// How many active cells of its row of cells come before it.
@@ -106,7 +107,7 @@ pub(super) struct Triangles<'a> {
     pub(super) tables: &'static Tables,
     pub(super) planes: [&'a BitPlane; 2],
     pub(super) layer: &'a Layer,
-    /// One for each of the layer's slow cells, in order.
+    /// One for each of the layer's unsettled cells, in order.
     pub(super) settled: &'a [SettledCell],
     pub(super) first: FirstIds,
     pub(super) open: bool,
@@ -115,7 +116,7 @@ pub(super) struct Triangles<'a> {
 impl Triangles<'_> {
     /// Writes the ids of all triangles of the layer, three each, to the front of `out`, whose
     /// length may go beyond: what stands there may be overwritten. `plain` emits a run of cells none
-    /// of which is settled, moves the lanes on, and gives back how many ids it wrote; `block` writes
+    /// of which is settled, moves the running ids on, and gives back how many ids it wrote; `block` writes
     /// the first `n` of up to sixteen ids, at a place in the output.
     ///
     /// Inlined into one function an instruction set.
@@ -123,43 +124,44 @@ impl Triangles<'_> {
     pub(super) fn emit_with(
         &self,
         out: &mut [u32],
-        plain: impl Fn(&Tables, &mut Lanes, &[u8], &mut [u32]) -> usize,
-        block: impl Fn(&Lanes, [u8; 16], usize, usize, &mut [u32]),
+        plain: impl Fn(&Tables, &mut RunningIds, &[u8], &mut [u32]) -> usize,
+        block: impl Fn(&RunningIds, [u8; 16], usize, usize, &mut [u32]),
     ) {
         let mut out = out;
         let mut cases = self.layer.cases();
         let mut settled = self.settled;
         let mut extra = self.first.extra;
         for run in &self.layer.rows {
-            let mut lanes = self.first.lanes(self.planes, self.layer, run.row as usize, self.open);
+            let mut ids =
+                self.first.running_ids(self.planes, self.layer, run.row as usize, self.open);
             let (row, others) = cases.split_at(run.n_cells as usize);
             cases = others;
-            let (cells, others) = settled.split_at(run.n_slow as usize);
+            let (cells, others) = settled.split_at(run.n_unsettled as usize);
             settled = others;
             let mut done = 0;
             for cell in cells {
                 let (before, case) = (&row[done..cell.nth as usize], row[cell.nth as usize]);
-                let n = plain(self.tables, &mut lanes, before, out);
+                let n = plain(self.tables, &mut ids, before, out);
                 out = &mut out[n..];
                 if cell.n_extra > 0 {
                     // Walls or a centre, never both: they may have the same ids.
-                    for (lane, offset) in [(12, 0), (13, 1), (14, 2), (15, 0)] {
-                        lanes[lane] = extra.wrapping_add(offset);
+                    for (local, offset) in [(12, 0), (13, 1), (14, 2), (15, 0)] {
+                        ids[local] = extra.wrapping_add(offset);
                     }
                     extra = extra.wrapping_add(u32::from(cell.n_extra));
                 }
                 let row = &self.tables.rows[usize::from(cell.row)];
                 let n = 3 * usize::from(row.n_triangles);
-                for (&corners, first) in row.lanes.iter().zip([0, 16, 32]) {
+                for (&locals, first) in row.ids.iter().zip([0, 16, 32]) {
                     if first < n {
-                        block(&lanes, corners, (n - first).min(16), first, out);
+                        block(&ids, locals, (n - first).min(16), first, out);
                     }
                 }
                 out = &mut out[n..];
-                advance(&mut lanes, &self.tables.crossed[usize::from(case)]);
+                advance(&mut ids, &self.tables.crossed[usize::from(case)]);
                 done = cell.nth as usize + 1;
             }
-            let n = plain(self.tables, &mut lanes, &row[done..], out);
+            let n = plain(self.tables, &mut ids, &row[done..], out);
             out = &mut out[n..];
         }
     }
@@ -167,32 +169,32 @@ impl Triangles<'_> {
     /// The definition of what every instruction set does.
     #[inline(always)]
     pub(super) fn emit_portable(&self, out: &mut [u32]) {
-        self.emit_with(out, plain_cells, |lanes, corners, n, at, out| {
-            for (id, lane) in out[at..at + n].iter_mut().zip(corners) {
-                *id = lanes[usize::from(lane & 15)];
+        self.emit_with(out, plain_cells, |ids, locals, n, at, out| {
+            for (id, local) in out[at..at + n].iter_mut().zip(locals) {
+                *id = ids[usize::from(local & 15)];
             }
         });
     }
 }
 
 #[inline(always)]
-fn plain_cells(tables: &Tables, lanes: &mut Lanes, cases: &[u8], out: &mut [u32]) -> usize {
+fn plain_cells(tables: &Tables, ids: &mut RunningIds, cases: &[u8], out: &mut [u32]) -> usize {
     let mut at = 0;
     for &case in cases {
         let case = usize::from(case);
         let n = 3 * usize::from(tables.n_triangles[case]);
-        for (id, lane) in out[at..at + n].iter_mut().zip(tables.corners[case]) {
-            *id = lanes[usize::from(lane & 15)];
+        for (id, local) in out[at..at + n].iter_mut().zip(tables.ids[case]) {
+            *id = ids[usize::from(local & 15)];
         }
         at += n;
-        advance(lanes, &tables.crossed[case]);
+        advance(ids, &tables.crossed[case]);
     }
     at
 }
 
 #[inline(always)]
-fn advance(lanes: &mut Lanes, crossed: &[u8; 16]) {
-    for (id, &by) in lanes.iter_mut().zip(crossed) {
+fn advance(ids: &mut RunningIds, crossed: &[u8; 16]) {
+    for (id, &by) in ids.iter_mut().zip(crossed) {
         *id = id.wrapping_add(u32::from(by));
     }
 }

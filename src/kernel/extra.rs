@@ -1,11 +1,11 @@
 //! Where the vertices inside a cell lie: walls of a tunnel, centres of loops.
 //!
-//! In the cell's own coordinates, 0 to 1 along each axis. Knows values and the lanes of a row, not
+//! In the cell's own coordinates, 0 to 1 along each axis. Knows values and the local ids of a row, not
 //! where the cell is.
 
-use super::cases::Row;
-use super::cube::{corner_at, edge_axis, edge_corners, edge_of};
 use super::decide::{Waist, gradient, trilinear};
+use super::tables::Row;
+use super::tables::cube::{corner_at, edge_axis, edge_corners, edge_of};
 use crate::geom::vec3::{cross, norm, sub};
 
 type Point = [f64; 3];
@@ -32,13 +32,13 @@ pub(super) fn walls(row: &Row, waist: &Waist, t: &Crossings, epsilon: f64) -> Op
         *wall = ends[1 - near];
         wall[axis] = ends[near][axis];
     }
-    let place = |lane: u8| match lane {
-        0..12 => edge_point(lane.into(), t),
-        _ => walls[usize::from(lane - 12)],
+    let place = |id: u8| match id {
+        0..12 => edge_point(id.into(), t),
+        _ => walls[usize::from(id - 12)],
     };
-    let n_lanes = 3 * usize::from(row.n_triangles);
+    let n_ids = 3 * usize::from(row.n_triangles);
     let thick = |corners: &[u8]| altitude([0, 1, 2].map(|k| place(corners[k]))) >= epsilon / 4.0;
-    row.lanes.as_flattened()[..n_lanes].chunks_exact(3).all(thick).then_some(walls)
+    row.ids.as_flattened()[..n_ids].chunks_exact(3).all(thick).then_some(walls)
 }
 
 /// The centre vertex of a row that has one: the mean of its loop's vertices, moved towards the

@@ -9,13 +9,13 @@ pub(super) struct RowRun {
     pub(super) row: u32,
     /// Active cells.
     pub(super) n_cells: u32,
-    /// Those among them that need a decider.
-    pub(super) n_slow: u32,
+    /// Those among them that are unsettled.
+    pub(super) n_unsettled: u32,
 }
 
 /// An active cell whose case alone does not say what its surface is.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SlowCell {
+pub(super) struct UnsettledCell {
     /// Its place in the row, 0 to `nx`; between the samples c - 1 and c.
     pub(super) c: u32,
     /// How many active cells of the row come before it.
@@ -33,12 +33,12 @@ pub(super) struct ActiveWord {
     pub(super) w: u32,
 }
 
-/// Triangles of each case, and, as the topmost bit, whether the case needs a decider (its
+/// Triangles of each case, and, as the topmost bit, whether the case leaves the cell unsettled (its
 /// triangles are not counted here then).
 pub(super) type Counts = [u8; 256];
 
-/// Set in [`Counts`] where a case needs a decider.
-pub(super) const SLOW: u8 = 0x80;
+/// Set in [`Counts`] where a case leaves the cell unsettled.
+pub(super) const UNSETTLED: u8 = 0x80;
 
 /// One layer of cells. Its vectors only grow, so that a worker's next layer allocates nothing.
 #[derive(Debug, Default)]
@@ -48,14 +48,14 @@ pub(super) struct Layer {
     n_cases: usize,
     /// The rows that have active cells, in order.
     pub(super) rows: Vec<RowRun>,
-    /// The cells that need a decider, in order.
-    pub(super) slow: Vec<SlowCell>,
+    /// The unsettled cells, in order.
+    pub(super) unsettled: Vec<UnsettledCell>,
     /// Where crossings are, by (y, x): those of the layer's Z edges and of the X and Y edges of the
     /// plane after it.
     pub(super) words: Vec<ActiveWord>,
     /// Z crossings in the rows of samples before each row, counted as the rows of bit planes are.
     z_before: Vec<u32>,
-    /// Triangles of the cells that need no decider.
+    /// Triangles of the other cells.
     pub(super) n_plain_triangles: u64,
 }
 
@@ -64,7 +64,7 @@ pub(super) struct RowOut<'a> {
     /// The row, as those of bit planes are counted.
     pub(super) q: u32,
     pub(super) cases: &'a mut [u8],
-    pub(super) slow: &'a mut Vec<SlowCell>,
+    pub(super) unsettled: &'a mut Vec<UnsettledCell>,
     pub(super) words: &'a mut Vec<ActiveWord>,
 }
 
@@ -115,7 +115,7 @@ impl Layer {
         let words = prev.row_words();
         self.n_cases = 0;
         self.rows.clear();
-        self.slow.clear();
+        self.unsettled.clear();
         self.words.clear();
         self.n_plain_triangles = 0;
         self.z_before.clear();
@@ -140,11 +140,11 @@ impl Layer {
             if self.cases.len() < room {
                 self.cases.resize(room.next_power_of_two(), 0);
             }
-            let slow_before = self.slow.len();
+            let unsettled_before = self.unsettled.len();
             let out = RowOut {
                 q: q as u32,
                 cases: &mut self.cases[self.n_cases..],
-                slow: &mut self.slow,
+                unsettled: &mut self.unsettled,
                 words: &mut self.words,
             };
             let found = row_cells(rows, cells.row(q), out);
@@ -154,7 +154,7 @@ impl Layer {
                 self.rows.push(RowRun {
                     row: q as u32 - 1,
                     n_cells: found.n_cells as u32,
-                    n_slow: (self.slow.len() - slow_before) as u32,
+                    n_unsettled: (self.unsettled.len() - unsettled_before) as u32,
                 });
             }
         }
@@ -264,10 +264,14 @@ pub(super) fn row_cells(
                 *slot = case;
             }
             let count = counts[case as usize];
-            if count & SLOW == 0 {
+            if count & UNSETTLED == 0 {
                 found.n_triangles += u32::from(count);
             } else {
-                out.slow.push(SlowCell { c: w as u32 * 64 + t, nth: found.n_cells as u32, case });
+                out.unsettled.push(UnsettledCell {
+                    c: w as u32 * 64 + t,
+                    nth: found.n_cells as u32,
+                    case,
+                });
             }
             found.n_cells += 1;
         }

@@ -1,47 +1,47 @@
 //! From samples to triangles: bit planes, cases, vertices, triangles of one slab.
 //!
 //! ```text
-//! plane of samples ─► bits ─► layer: active cells, cases ─► settled ─► vertices, triangles
-//!   (key, simd)      (bits)       (layer, cases)            (settled)    (vertices) (emit)
+//! plane of samples ─► bits ─► active cells, cases ─► settled cells ─► vertices ─► triangles
+//!    key, cut         bits          layer             settle, cell     vertices      emit
+//!                                                    decide, extra   gather, family
+//!                                                                       crossing
 //! ```
+//!
+//! `tables` has all that can become of a cell; `normal` and `tetra` are the normals and the method
+//! of tetrahedra, with the same steps; `simd` has the loops of each step for an instruction set.
 //!
 //! [`Kernel::count`] says how many vertices and triangles a slab has, [`Kernel::fill`] makes them
 //! at the ids they have in the whole mesh. Pure: knows nothing of files, threads or clocks.
 
 mod bits;
-mod cases;
+mod cell;
 mod cpu;
 mod crossing;
-pub mod cube;
 mod cut;
 mod decide;
 mod emit;
 mod extra;
 mod family;
-mod fan;
 mod gather;
 mod key;
 mod layer;
-mod loops;
 mod normal;
 mod settle;
-mod settled;
 mod simd;
 mod slab;
-mod sound;
+mod tables;
 mod tetra;
-mod tunnel;
 mod vertices;
 
-pub use cases::{Row, Tables};
+pub use cell::{CellSurface, settle};
 pub use cpu::{Cpu, cpu};
 pub use crossing::crossing;
 pub use cut::{Cut, Side};
 pub use key::Classify;
-pub use settle::{CellSurface, settle};
 pub(crate) use slab::SharedPlane;
 pub use slab::{PatchSlices, Scratch, Slab, Totals};
-pub use tetra::{N_LANES, TetraTables, lane_corners};
+pub use tables::{Row, Tables, cube};
+pub use tetra::{N_TETRA_EDGES, TetraTables, edge_ends};
 
 use std::ops::Range;
 
@@ -51,7 +51,7 @@ use bits::BitPlane;
 use cpu::Detected;
 use emit::{FirstIds, Triangles};
 use key::{Bits, Key, Threshold};
-use layer::{Cells, Counts, SLOW};
+use layer::{Cells, Counts, UNSETTLED};
 use vertices::{LayerEdges, LayerSlots, Placing, Plane, Slots};
 
 /// The surface of one volume at one iso value, slab by slab.
@@ -118,9 +118,9 @@ impl<T: Classify> Kernel<T> {
         let tetra =
             (rule.method == Method::Tetrahedra).then(|| TetraTables::get(place.is_reversed()));
         let mut counts = tables.n_triangles;
-        for (count, &slow) in counts.iter_mut().zip(&tables.needs_settling) {
-            if slow {
-                *count = SLOW;
+        for (count, &unsettled) in counts.iter_mut().zip(&tables.is_unsettled) {
+            if unsettled {
+                *count = UNSETTLED;
             }
         }
         if let Some(tetra) = tetra {
@@ -193,7 +193,7 @@ impl<T: Classify> Kernel<T> {
             let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
             layer.totals = Totals::default();
             layer.settled.clear();
-            if !layer.cells.slow.is_empty() {
+            if !layer.cells.unsettled.is_empty() {
                 self.settle(s, samples, layer);
             }
             let settled = &layer.settled;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::bits::BitPlane;
 use super::key::Bits;
 use super::layer::{ActiveWord, Layer, RowRun};
-use super::settled::Settled;
+use super::settle::Settled;
 use super::tetra::{Crossings, Diagonals};
 use crate::mesh::{Normal, Position, Triangle};
 

@@ -79,7 +79,7 @@ pub(super) struct LayerEdges<'a, T> {
 
 /// What an instruction set does with crossings: gathers those of a word (whose first bit stands for
 /// a place in a row), and makes what is wanted of all that are gathered.
-pub(super) struct Means<G, P> {
+pub(super) struct Instructions<G, P> {
     pub(super) gather: G,
     pub(super) place: P,
 }
@@ -89,7 +89,7 @@ impl<T: Sample> LayerEdges<'_, T> {
     ///
     /// Inlined into one function an instruction set, as the others here.
     #[inline(always)]
-    pub(super) fn make_with<G, P>(&self, out: LayerSlots<'_>, means: &Means<G, P>)
+    pub(super) fn make_with<G, P>(&self, out: LayerSlots<'_>, with: &Instructions<G, P>)
     where
         G: Fn(&mut Gathered, u64, u32, u32),
         P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
@@ -111,15 +111,15 @@ impl<T: Sample> LayerEdges<'_, T> {
                     super::simd::ask(plane, from);
                 }
             }
-            x.add(placing.x_crossings(after.bits, at, w), w, q - 1, means);
-            y.add(placing.y_crossings(after.bits, at, w), w, q - 1, means);
+            x.add(placing.x_crossings(after.bits, at, w), w, q - 1, with);
+            y.add(placing.y_crossings(after.bits, at, w), w, q - 1, with);
             if has_z {
-                z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, means);
+                z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, with);
             }
         }
-        x.flush(means);
-        y.flush(means);
-        z.flush(means);
+        x.flush(with);
+        y.flush(with);
+        z.flush(with);
     }
 }
 
@@ -130,7 +130,7 @@ impl Placing {
         &self,
         plane: Plane<'_, T>,
         out: &mut [Position],
-        means: &Means<G, P>,
+        with: &Instructions<G, P>,
     ) where
         G: Fn(&mut Gathered, u64, u32, u32),
         P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
@@ -144,13 +144,13 @@ impl Placing {
             for w in 0..bits.row_words() {
                 let (i, j) = (self.x_crossings(bits, q, w), self.y_crossings(bits, q, w));
                 if i | j != 0 {
-                    x.add(i, w, q as u32 - 1, means);
-                    y.add(j, w, q as u32 - 1, means);
+                    x.add(i, w, q as u32 - 1, with);
+                    y.add(j, w, q as u32 - 1, with);
                 }
             }
         }
-        x.flush(means);
-        y.flush(means);
+        x.flush(with);
+        y.flush(with);
     }
 
     /// The crossed X edges of word `w` of row `q`.
@@ -190,25 +190,25 @@ impl<'a, 'o, T: Sample> Edges<'a, 'o, T> {
 
     /// Adds the edges of word `w` in row `r`.
     #[inline(always)]
-    fn add<G, P>(&mut self, crossed: u64, w: usize, r: u32, means: &Means<G, P>)
+    fn add<G, P>(&mut self, crossed: u64, w: usize, r: u32, with: &Instructions<G, P>)
     where
         G: Fn(&mut Gathered, u64, u32, u32),
         P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
     {
         if self.gathered.is_full() {
-            self.flush(means);
+            self.flush(with);
         }
-        (means.gather)(&mut self.gathered, crossed, 64 * w as u32, r);
+        (with.gather)(&mut self.gathered, crossed, 64 * w as u32, r);
     }
 
     /// Places all that is gathered.
     #[inline(always)]
-    fn flush<G, P>(&mut self, means: &Means<G, P>)
+    fn flush<G, P>(&mut self, with: &Instructions<G, P>)
     where
         P: Fn(&Family<'_, T>, &Gathered, Slots<'_>),
     {
         let (now, later) = std::mem::take(&mut self.out).split_at(self.gathered.len());
-        (means.place)(&self.family, &self.gathered, now);
+        (with.place)(&self.family, &self.gathered, now);
         self.out = later;
         self.gathered.clear();
     }

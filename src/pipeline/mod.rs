@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! source ─► dispenser ─► worker: count ─► ledger ─► fill ─► encode ─► sink
-//!           (dispense)           (kernel) (sequence)          (patches, memory)
+//!           (dispense)           (kernel) (sequence)          (patches, front)
 //!           each plane once               in slab order     in slab order
 //! ```
 //!
@@ -11,8 +11,8 @@
 mod dispense;
 mod error;
 mod estimate;
+mod front;
 mod handover;
-mod memory;
 mod options;
 mod patches;
 mod plan;
@@ -25,7 +25,7 @@ use std::time::Instant;
 pub use crate::kernel::{Method, Side};
 pub use error::RunError;
 pub use estimate::{likely_triangles, working_bytes};
-pub use memory::{Surface, mesh, mesh_placed};
+pub use front::{Surface, mesh, mesh_placed};
 pub use options::{Progress, Report, RunOptions, Seconds, SurfaceOptions};
 
 use crate::geom::Place;

@@ -34,7 +34,7 @@ impl FilePlanes {
         if n < bytes.len() {
             return Err(self.layout.ends_early(start + n as u64));
         }
-        self.layout.settle(rows);
+        self.layout.to_native(rows);
         Ok(())
     }
 }

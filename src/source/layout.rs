@@ -95,7 +95,7 @@ impl Layout {
 
     /// Turns the bytes just read into samples, in place: the file's byte order into this
     /// machine's, 64-bit integers into `f64`.
-    pub(super) fn settle<T: Sample>(&self, plane: &mut [T]) {
+    pub(super) fn to_native<T: Sample>(&self, plane: &mut [T]) {
         let swap = self.big_endian != cfg!(target_endian = "big");
         let native = |v: u64| if swap { v.swap_bytes() } else { v };
         match self.stored {

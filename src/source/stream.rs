@@ -93,7 +93,7 @@ impl<T: Sample> OrderedPlanes<T> for StreamPlanes {
         if n < bytes.len() {
             return Err(self.layout.ends_early(self.at));
         }
-        self.layout.settle(plane);
+        self.layout.to_native(plane);
         Ok(())
     }
 

@@ -29,22 +29,22 @@ fn surface(case: u8, values: &[f64; 8]) -> CellSurface {
     settle(Tables::get(false), case, values, |edge| edge_parameter(values, edge), EPSILON)
 }
 
-/// The triangles of a settled cell: lanes, and the positions they have.
+/// The triangles of a settled cell: local ids, and the positions they have.
 fn placed(surface: &CellSurface, values: &[f64; 8]) -> Vec<[(u8, Point); 3]> {
     let row = &Tables::get(false).rows[usize::from(surface.row)];
-    let place = |lane: u8| match lane {
+    let place = |id: u8| match id {
         0..12 => {
-            let low = edge_corners(lane.into())[0];
+            let low = edge_corners(id.into())[0];
             let mut point = [0, 1, 2].map(|axis| (low >> axis & 1) as f64);
-            point[edge_axis(lane.into())] = edge_parameter(values, lane.into());
+            point[edge_axis(id.into())] = edge_parameter(values, id.into());
             point
         }
-        12..15 => surface.extra[usize::from(lane - 12)],
+        12..15 => surface.extra[usize::from(id - 12)],
         _ => surface.extra[0],
     };
     let n = 3 * usize::from(row.n_triangles);
-    let lanes = &row.lanes.as_flattened()[..n];
-    lanes.chunks(3).map(|t| [t[0], t[1], t[2]].map(|lane| (lane, place(lane)))).collect()
+    let ids = &row.ids.as_flattened()[..n];
+    ids.chunks(3).map(|t| [t[0], t[1], t[2]].map(|id| (id, place(id)))).collect()
 }
 
 /// The faces whose inside corners are joined, by the bilinear interpolant's value at its saddle.
@@ -97,7 +97,7 @@ pub(crate) fn examples(random: &mut Random, n: usize) -> BTreeMap<Class, Vec<[f6
     for case in draws {
         let values = values(random, case);
         let surface = surface(case, &values);
-        let tunnel = surface.row >= 656;
+        let tunnel = usize::from(surface.row) >= Tables::N_PLAIN_ROWS;
         let found = rows.entry(surface.row).or_default();
         *found += 1;
         if *found > n {
@@ -123,10 +123,14 @@ fn all_thirty_one_classes_and_all_tunnel_rows_occur_and_no_other() {
         let values = values(&mut random, case);
         let surface = surface(case, &values);
         if rows.insert(surface.row) {
-            classes.insert(class(case, joined(case, &values), surface.row >= 656));
+            classes.insert(class(
+                case,
+                joined(case, &values),
+                usize::from(surface.row) >= Tables::N_PLAIN_ROWS,
+            ));
         }
     }
-    let tunnels = rows.iter().filter(|&&row| row >= 656).count();
+    let tunnels = rows.iter().filter(|&&row| usize::from(row) >= Tables::N_PLAIN_ROWS).count();
     assert_eq!(classes.len(), 31, "{classes:?}");
     assert_eq!(tunnels, 160);
 }
@@ -169,7 +173,7 @@ fn hold_apart(n: usize) {
 
 /// Whether an edge of `a` passes through `b` at a point that is no corner of either.
 fn cross(a: &[(u8, Point); 3], b: &[(u8, Point); 3]) -> bool {
-    let shared = |lane: u8| b.iter().any(|(other, _)| *other == lane);
+    let shared = |id: u8| b.iter().any(|(other, _)| *other == id);
     (0..3).any(|k| {
         let (from, to) = (a[k], a[(k + 1) % 3]);
         if shared(from.0) || shared(to.0) {
@@ -210,7 +214,10 @@ fn values_that_are_not_finite_or_tie_leave_a_sound_cell() {
             });
             let surface = surface(case, &values);
             if values.iter().any(|v| !v.is_finite()) {
-                assert!(surface.row < 656, "no tunnel among {values:?}");
+                assert!(
+                    usize::from(surface.row) < Tables::N_PLAIN_ROWS,
+                    "no tunnel among {values:?}"
+                );
             }
             for point in &surface.extra[..surface.n_extra.into()] {
                 let within = |x: &f64| (EPSILON..=1.0 - EPSILON).contains(x);

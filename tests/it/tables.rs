@@ -7,7 +7,7 @@ use mcubes::kernel::{Row, Tables};
 
 fn triangles(row: &Row) -> Vec<[u8; 3]> {
     let n = 3 * usize::from(row.n_triangles);
-    row.lanes.as_flattened()[..n].chunks(3).map(|t| [t[0], t[1], t[2]]).collect()
+    row.ids.as_flattened()[..n].chunks(3).map(|t| [t[0], t[1], t[2]]).collect()
 }
 
 /// The directed sides of triangles that have no partner.
@@ -31,11 +31,11 @@ fn shared_face(a: u8, b: u8) -> Option<usize> {
 #[test]
 fn half_of_the_cases_are_settled_by_their_corners() {
     let tables = Tables::get(false);
-    let slow: Vec<usize> = (0..256).filter(|&case| tables.needs_settling[case]).collect();
-    assert_eq!(slow.len(), 128);
+    let unsettled: Vec<usize> = (0..256).filter(|&case| tables.is_unsettled[case]).collect();
+    assert_eq!(unsettled.len(), 128);
     let ambiguous = |case: usize| (0..6).any(|face| is_ambiguous(case as u8, face));
-    assert_eq!(slow.iter().filter(|&&case| ambiguous(case)).count(), 120);
-    for &case in slow.iter().filter(|&&case| !ambiguous(case)) {
+    assert_eq!(unsettled.iter().filter(|&&case| ambiguous(case)).count(), 120);
+    for &case in unsettled.iter().filter(|&&case| !ambiguous(case)) {
         let few = if case.count_ones() == 2 { case } else { 255 - case };
         assert_eq!(few.trailing_zeros() + (7 - few.leading_zeros() % 8), 7, "opposite corners");
     }
@@ -43,14 +43,14 @@ fn half_of_the_cases_are_settled_by_their_corners() {
         let row = &tables.rows[usize::from(tables.first_row[case])];
         assert_eq!(row.n_centres + row.n_walls, 0);
         assert!(row.n_triangles <= 5);
-        assert_eq!(tables.corners[case], row.lanes[0]);
-        let fast = if tables.needs_settling[case] { 0 } else { row.n_triangles };
+        assert_eq!(tables.ids[case], row.ids[0]);
+        let fast = if tables.is_unsettled[case] { 0 } else { row.n_triangles };
         assert_eq!(tables.n_triangles[case], fast);
     }
 }
 
 #[test]
-fn lanes_move_on_where_the_right_hand_edge_is_crossed() {
+fn ids_move_on_where_the_right_hand_edge_is_crossed() {
     let tables = Tables::get(false);
     for case in 0..=255u8 {
         let inside = |x: usize, y: usize, z: usize| case >> (x + 2 * y + 4 * z) & 1 == 1;
@@ -107,7 +107,11 @@ fn every_row_is_a_surface_with_one_line_through_each_crossed_edge() {
         // As many disks as loops, or two loops fewer of them and an annulus.
         let euler = vertices.len() + triangles.len() - sides.len();
         let loops = n_loops(&border);
-        assert_eq!(euler, if number < 656 { loops } else { loops - 2 }, "{number}");
+        assert_eq!(
+            euler,
+            if number < Tables::N_PLAIN_ROWS { loops } else { loops - 2 },
+            "{number}"
+        );
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use mcubes::geom::{Affine, Dims, Grid, Space};
-use mcubes::kernel::{Cpu, Method, N_LANES, Rule, Side, TetraTables, lane_corners};
+use mcubes::kernel::{Cpu, Method, N_TETRA_EDGES, Rule, Side, TetraTables, edge_ends};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use ndarray::Array3;
 use proptest::prelude::*;
@@ -20,25 +20,25 @@ fn at(iso: f64) -> SurfaceOptions {
 fn triangles(case: u8) -> Vec<[usize; 3]> {
     let tables = TetraTables::get(false);
     let n = 3 * usize::from(tables.n_triangles[usize::from(case)]);
-    let lanes = &tables.corners[usize::from(case)].as_flattened()[..n];
-    lanes.chunks(3).map(|t| [t[0], t[1], t[2]].map(usize::from)).collect()
+    let ids = &tables.ids[usize::from(case)].as_flattened()[..n];
+    ids.chunks(3).map(|t| [t[0], t[1], t[2]].map(usize::from)).collect()
 }
 
-fn is_crossed(case: u8, lane: usize) -> bool {
-    let [a, b] = lane_corners(lane);
+fn is_crossed(case: u8, edge: usize) -> bool {
+    let [a, b] = edge_ends(edge);
     (case >> a ^ case >> b) & 1 == 1
 }
 
 #[test]
-fn lanes_are_the_nineteen_edges_of_the_split() {
-    let lanes: BTreeSet<[usize; 2]> = (0..N_LANES).map(lane_corners).collect();
+fn edges_are_the_nineteen_edges_of_the_split() {
+    let edges: BTreeSet<[usize; 2]> = (0..N_TETRA_EDGES).map(edge_ends).collect();
     let expected: BTreeSet<[usize; 2]> = (0..8)
         .flat_map(|a| (0..8).map(move |b| [a, b]))
         .filter(|[a, b]| a < b && a & b == *a)
         .collect();
-    assert_eq!(lanes, expected);
-    for lane in 0..12 {
-        assert_eq!(lane_corners(lane), mcubes::kernel::cube::edge_corners(lane));
+    assert_eq!(edges, expected);
+    for edge in 0..12 {
+        assert_eq!(edge_ends(edge), mcubes::kernel::cube::edge_corners(edge));
     }
 }
 
@@ -48,14 +48,15 @@ fn every_case_uses_its_crossed_edges_and_ends_in_its_faces() {
         let found = triangles(case);
         assert!(found.len() <= 12);
         let used: BTreeSet<usize> = found.concat().into_iter().collect();
-        let crossed: BTreeSet<usize> = (0..N_LANES).filter(|&l| is_crossed(case, l)).collect();
+        let crossed: BTreeSet<usize> =
+            (0..N_TETRA_EDGES).filter(|&l| is_crossed(case, l)).collect();
         assert_eq!(used, crossed);
         let sides: Vec<[usize; 2]> =
             found.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
         let once: BTreeSet<[usize; 2]> = sides.iter().copied().collect();
         assert_eq!(once.len(), sides.len());
         for [a, b] in sides {
-            let corners = [lane_corners(a), lane_corners(b)].concat();
+            let corners = [edge_ends(a), edge_ends(b)].concat();
             let in_face = (0..3).any(|axis| {
                 let bits: BTreeSet<usize> = corners.iter().map(|c| c >> axis & 1).collect();
                 bits.len() == 1
@@ -66,16 +67,16 @@ fn every_case_uses_its_crossed_edges_and_ends_in_its_faces() {
 }
 
 #[test]
-fn lanes_move_on_with_their_right_hand_edge() {
+fn ids_move_on_with_their_right_hand_edge() {
     let tables = TetraTables::get(false);
     for case in 0..=255u8 {
-        for lane in 0..N_LANES {
-            let [a, b] = lane_corners(lane);
+        for edge in 0..N_TETRA_EDGES {
+            let [a, b] = edge_ends(edge);
             // An edge in the cell's left face is the cell before's; that on the right is counted.
             let is_shared = (a ^ b) & 1 == 0;
             let [a, b] = if is_shared { [a | 1, b | 1] } else { [a, b] };
             let expected = (case >> a ^ case >> b) & 1;
-            assert_eq!(tables.crossed[usize::from(case)][lane], expected, "{case} {lane}");
+            assert_eq!(tables.crossed[usize::from(case)][edge], expected, "{case} {edge}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The samples around the edges of a plane, or between two planes, and the normals they give.
 
+use super::batch::{AGAINST, BATCH, Batch, Making, Star};
 use super::frame::Frame;
-use super::lanes::{AGAINST, LANES, Lanes, Making, Star};
 use crate::geom::vec3::{Vec3, dot};
 use crate::kernel::crossing;
 use crate::kernel::gather::Gathered;
@@ -33,32 +33,32 @@ impl<T: Sample> Around<'_, T> {
         edges: &Gathered,
         out: &mut [Normal],
     ) {
-        let mut lanes = Lanes::new();
+        let mut batch = Batch::new();
         let mut edges = edges.iter();
         let [columns, rows] = self.within::<AXIS>();
-        for out in out.chunks_mut(LANES) {
+        for out in out.chunks_mut(BATCH) {
             // Edges that have all their neighbours, and their slots in `out`.
-            let (mut places, mut slots, mut n) = ([0; LANES], [0; LANES], 0);
+            let (mut places, mut slots, mut n) = ([0; BATCH], [0; BATCH], 0);
             for (slot, (c, r)) in edges.by_ref().take(out.len()).enumerate() {
                 if columns.holds(c) & rows.holds(r) {
-                    (places[n % LANES], slots[n % LANES]) = (self.place::<AXIS>(c, r), slot);
+                    (places[n % BATCH], slots[n % BATCH]) = (self.lower_end::<AXIS>(c, r), slot);
                     n += 1;
                 } else {
                     out[slot] = self.one::<AXIS>(c, r);
                 }
             }
-            let (places, slots) = (&places[..n.min(LANES)], &slots[..n.min(LANES)]);
+            let (places, slots) = (&places[..n.min(BATCH)], &slots[..n.min(BATCH)]);
             if n == 0 {
                 continue;
             }
-            self.gather::<AXIS>(places, &mut lanes.samples);
-            lanes.make::<AXIS>(&self.making);
+            self.gather::<AXIS>(places, &mut batch.samples);
+            batch.make::<AXIS>(&self.making);
             for (l, &slot) in slots.iter().enumerate() {
-                out[slot] = lanes.normal(l % LANES);
+                out[slot] = batch.normal(l % BATCH);
             }
-            if !lanes.all_usual(n) {
+            if !batch.all_usual(n) {
                 for (l, (&slot, &place)) in slots.iter().zip(places).enumerate() {
-                    if !lanes.is_usual(l % LANES) {
+                    if !batch.is_usual(l % BATCH) {
                         out[slot] = self.single::<AXIS>(place);
                     }
                 }
@@ -75,7 +75,7 @@ impl<T: Sample> Around<'_, T> {
 
     /// The sample at the lower end of an edge that does not come out of the border.
     #[inline(always)]
-    fn place<const AXIS: usize>(&self, c: u32, r: u32) -> usize {
+    fn lower_end<const AXIS: usize>(&self, c: u32, r: u32) -> usize {
         let nx = self.dims.0;
         let back = [1, nx, 0][AXIS];
         r as usize * nx + c as usize - back
@@ -86,11 +86,11 @@ impl<T: Sample> Around<'_, T> {
     /// Plane by plane, those first that nobody has looked at yet: short loops keep many loads from
     /// memory under way.
     #[inline(always)]
-    fn gather<const AXIS: usize>(&self, places: &[usize], star: &mut Star<[T; LANES]>) {
+    fn gather<const AXIS: usize>(&self, places: &[usize], star: &mut Star<[T; BATCH]>) {
         let nx = self.dims.0;
         let [before, plane, after, beyond] = self.planes;
         let [a, b, c, d, e, f, g, h, p, q, r, s] = star;
-        let each = || places.iter().copied().take(LANES).enumerate();
+        let each = || places.iter().copied().take(BATCH).enumerate();
         match AXIS {
             0 => {
                 each().for_each(|(l, place)| [q[l], s[l]] = run(after, place));
@@ -125,7 +125,7 @@ impl<T: Sample> Around<'_, T> {
         if at == 0 || at == n {
             return self.caps[AXIS % 2][usize::from(at > 0)];
         }
-        self.single::<AXIS>(self.place::<AXIS>(c, r))
+        self.single::<AXIS>(self.lower_end::<AXIS>(c, r))
     }
 
     /// The normal at the vertex of the edge from the sample at `place`.
@@ -175,7 +175,7 @@ impl<T: Sample> Around<'_, T> {
         [i, j, k - (m * i + n * j)]
     }
 
-    /// Slopes that do not lead against the edge, for the same reason as in [`Lanes`] and, along the
+    /// Slopes that do not lead against the edge, for the same reason as in [`Batch`] and, along the
     /// grid's axes, by the same measure.
     fn outward_along(&self, edge: Vec3, slopes: Vec3, rise: f64) -> Vec3 {
         let most = slopes.iter().fold(0f64, |most, x| most.max(x.abs()));

@@ -12,18 +12,18 @@
 //! than any shading shows, twice as many at a time. All in one order, the same on every processor.
 
 mod around;
+mod batch;
 mod frame;
-mod lanes;
 
 pub(super) use around::{Around, Within};
+pub(super) use batch::{AGAINST, LEAST_SQUARE, MOST_SQUARE, Making};
 use frame::{Across, Frame};
-pub(super) use lanes::{AGAINST, LEAST_SQUARE, MOST_SQUARE, Making};
 
-use super::cube::{corner_at, edge_axis, edge_corners};
 use super::decide::gradient;
 use super::family::Family;
 use super::gather::Gathered;
 use super::slab::LayerScratch;
+use super::tables::cube::{corner_at, edge_axis, edge_corners};
 use super::vertices::Slots;
 use super::{CellSurface, Classify, Kernel, Row, Slab, crossing};
 use crate::geom::vec3::{Vec3, cross, norm, sub};
@@ -137,9 +137,9 @@ impl<T: Classify> Kernel<T> {
         let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
         let frame = self.frame(self.place.step_k(s as i64 - 1));
         let mut out = out.iter_mut();
-        let mut slow = layer.cells.slow.iter().zip(&layer.settled.cells);
+        let mut unsettled = layer.cells.unsettled.iter().zip(&layer.settled.cells);
         for run in &layer.cells.rows {
-            for (cell, settled) in slow.by_ref().take(run.n_slow as usize) {
+            for (cell, settled) in unsettled.by_ref().take(run.n_unsettled as usize) {
                 if settled.n_extra == 0 {
                     continue;
                 }
@@ -163,22 +163,21 @@ impl<T: Classify> Kernel<T> {
     /// the vertex `n` there, along the grid's axes.
     fn facing(&self, surface: &CellSurface, n: usize, corners: &[f64; 8]) -> Vec3 {
         let row: &Row = &self.tables.rows[usize::from(surface.row)];
-        let lane = if row.n_centres > 0 { 15 } else { 12 + n as u8 };
-        let place = |lane: u8| match lane {
+        let own = if row.n_centres > 0 { 15 } else { 12 + n as u8 };
+        let place = |id: u8| match id {
             0..12 => {
-                let [low, high] = edge_corners(lane.into());
+                let [low, high] = edge_corners(id.into());
                 let mut point = corner_at(low).map(|x| x as f64);
                 let (level, epsilon) = (self.placing.level, self.placing.epsilon);
-                point[edge_axis(lane.into())] =
-                    crossing(corners[low], corners[high], level, epsilon);
+                point[edge_axis(id.into())] = crossing(corners[low], corners[high], level, epsilon);
                 point
             }
             15 => surface.extra[0],
-            _ => surface.extra[usize::from(lane - 12)],
+            _ => surface.extra[usize::from(id - 12)],
         };
-        let n_lanes = 3 * usize::from(row.n_triangles);
-        let mut triangles = row.lanes.as_flattened()[..n_lanes].chunks_exact(3);
-        let Some(triangle) = triangles.find(|triangle| triangle.contains(&lane)) else {
+        let n_ids = 3 * usize::from(row.n_triangles);
+        let mut triangles = row.ids.as_flattened()[..n_ids].chunks_exact(3);
+        let Some(triangle) = triangles.find(|triangle| triangle.contains(&own)) else {
             return [0.0; 3];
         };
         let [a, b, c] = [0, 1, 2].map(|k| place(triangle[k]));

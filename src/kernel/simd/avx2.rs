@@ -13,7 +13,7 @@ use super::super::key::Threshold;
 use super::super::layer::{Cells, Counts, Layer, row_cells};
 use super::super::normal::Surroundings;
 use super::super::tetra::{Between, Crossings, Kind, Region, TetraTriangles};
-use super::super::vertices::{LayerEdges, LayerSlots, Means, Placing, Plane, Slots};
+use super::super::vertices::{Instructions, LayerEdges, LayerSlots, Placing, Plane, Slots};
 use super::prefetch;
 use crate::mesh::Position;
 use crate::volume::Sample;
@@ -117,32 +117,32 @@ pub(super) fn fill_layer(
 pub(super) fn emit(triangles: &Triangles<'_>, out: &mut [u32]) {
     triangles.emit_with(
         out,
-        |tables, lanes, cases, out| {
-            let mut ids: [__m256i; 2] = must_cast(*lanes);
+        |tables, running, cases, out| {
+            let mut ids: [__m256i; 2] = must_cast(*running);
             let mut at = 0;
             for &case in cases {
                 let case = usize::from(case);
                 let n = 3 * usize::from(tables.n_triangles[case]);
-                store(permute(ids, tables.corners[case]), n, at, out);
+                store(permute(ids, tables.ids[case]), n, at, out);
                 at += n;
                 ids = add(ids, tables.crossed[case]);
             }
-            *lanes = must_cast(ids);
+            *running = must_cast(ids);
             at
         },
-        |lanes, corners, n, at, out| store(permute(must_cast(*lanes), corners), n, at, out),
+        |ids, locals, n, at, out| store(permute(must_cast(*ids), locals), n, at, out),
     );
 }
 
-/// The ids at sixteen lanes.
+/// The ids of sixteen local ids.
 #[target_feature(enable = "avx2")]
 #[inline]
-fn permute(ids: [__m256i; 2], lanes: [u8; 16]) -> [__m256i; 2] {
-    let lanes: __m128i = must_cast(lanes);
-    [lanes, _mm_bsrli_si128::<8>(lanes)].map(|lanes| {
-        let lanes = _mm256_cvtepu8_epi32(lanes);
-        let [low, high] = ids.map(|ids| _mm256_permutevar8x32_epi32(ids, lanes));
-        let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(lanes));
+fn permute(ids: [__m256i; 2], locals: [u8; 16]) -> [__m256i; 2] {
+    let locals: __m128i = must_cast(locals);
+    [locals, _mm_bsrli_si128::<8>(locals)].map(|locals| {
+        let locals = _mm256_cvtepu8_epi32(locals);
+        let [low, high] = ids.map(|ids| _mm256_permutevar8x32_epi32(ids, locals));
+        let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(locals));
         _mm256_castps_si256(_mm256_blendv_ps(
             _mm256_castsi256_ps(low),
             _mm256_castsi256_ps(high),
@@ -183,13 +183,13 @@ pub(super) fn vertices<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>
     match &edges.around {
         None => {
             let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| f.place(g, out.positions);
-            edges.make_with(out, &Means { gather, place });
+            edges.make_with(out, &Instructions { gather, place });
         }
         Some(around) => {
             let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| {
                 with_normals(around, f, g, out);
             };
-            edges.make_with(out, &Means { gather, place });
+            edges.make_with(out, &Instructions { gather, place });
         }
     }
 }
@@ -197,7 +197,7 @@ pub(super) fn vertices<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
     let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| f.place(g, out.positions);
-    placing.ghosts_with(plane, out, &Means { gather: Gathered::add, place });
+    placing.ghosts_with(plane, out, &Instructions { gather: Gathered::add, place });
 }
 
 /// A function of its own, so that it is compiled once for all places that call it.

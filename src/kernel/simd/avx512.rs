@@ -9,8 +9,8 @@ use super::super::bits::BitPlane;
 use super::super::emit::Triangles;
 use super::super::key::Threshold;
 use super::super::layer::{
-    ActiveWord, CASE_SLACK, Cells, Counts, FourRows, Layer, RowCells, RowMask, RowOut, SLOW,
-    SlowCell,
+    ActiveWord, CASE_SLACK, Cells, Counts, FourRows, Layer, RowCells, RowMask, RowOut, UNSETTLED,
+    UnsettledCell,
 };
 use super::super::tetra::TetraTriangles;
 use super::prefetch;
@@ -147,12 +147,18 @@ impl CaseTables {
                     *slots = must_cast(found);
                 }
                 let count = self.count(found);
-                let is_slow = _mm512_movepi8_mask(count);
-                let is_slow = is_slow & mask_of_first(n);
-                let plain = _mm512_maskz_mov_epi8(!is_slow & mask_of_first(n), count);
+                let is_unsettled = _mm512_movepi8_mask(count);
+                let is_unsettled = is_unsettled & mask_of_first(n);
+                let plain = _mm512_maskz_mov_epi8(!is_unsettled & mask_of_first(n), count);
                 sums = _mm512_add_epi64(sums, _mm512_sad_epu8(plain, _mm512_setzero_si512()));
-                if is_slow != 0 {
-                    remember_slow((w, n_cells), active, is_slow, must_cast(found), row.slow);
+                if is_unsettled != 0 {
+                    remember_unsettled(
+                        (w, n_cells),
+                        active,
+                        is_unsettled,
+                        must_cast(found),
+                        row.unsettled,
+                    );
                 }
                 n_cells += n;
             }
@@ -212,59 +218,59 @@ fn mask_of_first(n: usize) -> u64 {
     if n >= 64 { !0 } else { (1 << n) - 1 }
 }
 
-/// Notes the cells whose count is marked [`SLOW`]: `is_slow` has a bit for each active cell.
+/// Notes the cells whose count is marked [`UNSETTLED`]: `is_unsettled` has a bit for each active cell.
 /// Before word `w` the row has `n_cells` active ones.
 #[target_feature(enable = "bmi1,bmi2")]
 #[inline(never)]
-fn remember_slow(
+fn remember_unsettled(
     (w, n_cells): (usize, usize),
     active: u64,
-    is_slow: u64,
+    is_unsettled: u64,
     cases: [u8; 64],
-    slow: &mut Vec<SlowCell>,
+    unsettled: &mut Vec<UnsettledCell>,
 ) {
-    let mut places = _pdep_u64(is_slow, active);
-    let mut is_slow = is_slow;
-    while is_slow != 0 {
-        let nth = is_slow.trailing_zeros() as usize;
+    let mut places = _pdep_u64(is_unsettled, active);
+    let mut is_unsettled = is_unsettled;
+    while is_unsettled != 0 {
+        let nth = is_unsettled.trailing_zeros() as usize;
         let c = (w * 64) as u32 + places.trailing_zeros();
-        slow.push(SlowCell { c, nth: (n_cells + nth) as u32, case: cases[nth % 64] });
-        is_slow &= is_slow - 1;
+        unsettled.push(UnsettledCell { c, nth: (n_cells + nth) as u32, case: cases[nth % 64] });
+        is_unsettled &= is_unsettled - 1;
         places &= places - 1;
     }
 }
 
-const _: () = assert!(SLOW == 0x80, "the sign bit of a byte, as `movepi8_mask` sees it");
+const _: () = assert!(UNSETTLED == 0x80, "the sign bit of a byte, as `movepi8_mask` sees it");
 
-/// Emission: sixteen ids are one register, and so are the corners of up to five triangles.
+/// Emission: sixteen ids are one register, and so are the local ids of up to five triangles.
 #[target_feature(
     enable = "avx512f,avx512bw,avx512vl,avx512vbmi,avx512vbmi2,avx512vpopcntdq,gfni,avx2,bmi1,bmi2,popcnt,lzcnt"
 )]
 pub(super) fn emit(triangles: &Triangles<'_>, out: &mut [u32]) {
     triangles.emit_with(
         out,
-        |tables, lanes, cases, out| {
-            let mut ids: __m512i = must_cast(*lanes);
+        |tables, running, cases, out| {
+            let mut ids: __m512i = must_cast(*running);
             let mut at = 0;
             for &case in cases {
                 let case = usize::from(case);
                 let n = 3 * usize::from(tables.n_triangles[case]);
-                store(permute(ids, tables.corners[case]), n, at, out);
+                store(permute(ids, tables.ids[case]), n, at, out);
                 at += n;
                 ids = add(ids, tables.crossed[case]);
             }
-            *lanes = must_cast(ids);
+            *running = must_cast(ids);
             at
         },
-        |lanes, corners, n, at, out| store(permute(must_cast(*lanes), corners), n, at, out),
+        |ids, locals, n, at, out| store(permute(must_cast(*ids), locals), n, at, out),
     );
 }
 
-/// The ids at sixteen lanes.
+/// The ids of sixteen local ids.
 #[target_feature(enable = "avx512f")]
 #[inline]
-fn permute(ids: __m512i, lanes: [u8; 16]) -> __m512i {
-    _mm512_permutexvar_epi32(_mm512_cvtepu8_epi32(must_cast(lanes)), ids)
+fn permute(ids: __m512i, locals: [u8; 16]) -> __m512i {
+    _mm512_permutexvar_epi32(_mm512_cvtepu8_epi32(must_cast(locals)), ids)
 }
 
 #[target_feature(enable = "avx512f")]
@@ -292,16 +298,16 @@ fn store(ids: __m512i, n: usize, at: usize, out: &mut [u32]) {
 /// Tetrahedra: thirty-two ids are two registers, from which one permute chooses sixteen.
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn emit_tetra(triangles: &TetraTriangles<'_>, out: &mut [u32]) {
-    triangles.emit_with(out, |tables, lanes, cases, out| {
-        let mut ids: [__m512i; 2] = must_cast(lanes);
+    triangles.emit_with(out, |tables, running, cases, out| {
+        let mut ids: [__m512i; 2] = must_cast(running);
         let mut at = 0;
         for &case in cases {
             let case = usize::from(case);
             let n = 3 * usize::from(tables.n_triangles[case]);
-            for (&block, first) in tables.corners[case].iter().zip([0, 16, 32]) {
+            for (&block, first) in tables.ids[case].iter().zip([0, 16, 32]) {
                 if first < n {
-                    let lanes = _mm512_cvtepu8_epi32(must_cast(block));
-                    let chosen = _mm512_permutex2var_epi32(ids[0], lanes, ids[1]);
+                    let locals = _mm512_cvtepu8_epi32(must_cast(block));
+                    let chosen = _mm512_permutex2var_epi32(ids[0], locals, ids[1]);
                     store(chosen, (n - first).min(16), at + first, out);
                 }
             }

@@ -30,7 +30,7 @@ use super::family::Family;
 use super::gather::Gathered;
 use super::key::Threshold;
 use super::layer::{Cells, Counts, Layer, row_cells};
-use super::vertices::{LayerEdges, LayerSlots, Means, Placing, Plane, Slots};
+use super::vertices::{Instructions, LayerEdges, LayerSlots, Placing, Plane, Slots};
 use crate::mesh::Position;
 use crate::volume::Sample;
 
@@ -163,11 +163,11 @@ pub(super) fn ghosts<T: Sample>(
     plane: Plane<'_, T>,
     out: &mut [Position],
 ) {
-    let means = Means { gather: Gathered::add, place: place_one_by_one };
+    let with = Instructions { gather: Gathered::add, place: place_one_by_one };
     dispatch!(
         cpu,
-        placing.ghosts_with(plane, out, &means),
-        placing.ghosts_with(plane, out, &means),
+        placing.ghosts_with(plane, out, &with),
+        placing.ghosts_with(plane, out, &with),
         avx2::ghosts(placing, plane, out),
         vertices512::ghosts(placing, plane, out)
     );
@@ -176,11 +176,11 @@ pub(super) fn ghosts<T: Sample>(
 fn portable_vertices<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
     let gather = Gathered::add;
     match &edges.around {
-        None => edges.make_with(out, &Means { gather, place: place_one_by_one }),
+        None => edges.make_with(out, &Instructions { gather, place: place_one_by_one }),
         Some(around) => {
             let place =
                 |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| around.vertices(f, g, out);
-            edges.make_with(out, &Means { gather, place });
+            edges.make_with(out, &Instructions { gather, place });
         }
     }
 }

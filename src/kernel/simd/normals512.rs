@@ -1,6 +1,6 @@
 //! AVX-512: vertices and their normals, those of sixteen edges at once.
 //!
-//! The definitions are `Family::vertex` and `normal::Lanes`: the same operations in the same order.
+//! The definitions are `Family::vertex` and `normal::Batch`: the same operations in the same order.
 //! Edges at the border, and gradients that have no length, are left to the plain code.
 
 #[allow(clippy::wildcard_imports, reason = "a list of intrinsics says less than the code")]
@@ -13,7 +13,7 @@ use super::super::gather::{Gathered, LANES};
 use super::super::normal::{
     AGAINST, Around, LEAST_SQUARE, MOST_SQUARE, Making, Surroundings, Within,
 };
-use super::super::vertices::{LayerEdges, LayerSlots, Means, Slots};
+use super::super::vertices::{Instructions, LayerEdges, LayerSlots, Slots};
 use super::samples512::{Samples, Values, joined};
 use super::vertices512::{FamilyLanes, gather_word, interleaved, place};
 use crate::mesh::Normal;
@@ -29,7 +29,7 @@ pub(super) fn vertices<T: Sample>(
     out: LayerSlots<'_>,
 ) {
     let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| of_family(around, f, g, out);
-    edges.make_with(out, &Means { gather: gather_word(), place });
+    edges.make_with(out, &Instructions { gather: gather_word(), place });
 }
 
 /// The vertices on gathered edges of one family, and their normals.

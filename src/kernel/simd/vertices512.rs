@@ -7,7 +7,7 @@ use bytemuck::must_cast;
 
 use super::super::family::Family;
 use super::super::gather::{Gathered, LANES};
-use super::super::vertices::{LayerEdges, LayerSlots, Means, Placing, Plane, Slots};
+use super::super::vertices::{Instructions, LayerEdges, LayerSlots, Placing, Plane, Slots};
 use super::normals512;
 use super::samples512::{Samples, Values, halves};
 use crate::mesh::Position;
@@ -29,7 +29,7 @@ pub(super) fn vertices<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>
 )]
 fn positions<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
     let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| place(f, g, out.positions);
-    edges.make_with(out, &Means { gather: gather_word(), place });
+    edges.make_with(out, &Instructions { gather: gather_word(), place });
 }
 
 #[target_feature(
@@ -37,7 +37,7 @@ fn positions<T: Sample>(edges: &LayerEdges<'_, T>, out: LayerSlots<'_>) {
 )]
 pub(super) fn ghosts<T: Sample>(placing: &Placing, plane: Plane<'_, T>, out: &mut [Position]) {
     let place = |f: &Family<'_, T>, g: &Gathered, out: Slots<'_>| place(f, g, out.positions);
-    placing.ghosts_with(plane, out, &Means { gather: gather_word(), place });
+    placing.ghosts_with(plane, out, &Instructions { gather: gather_word(), place });
 }
 
 /// [`gather`] as a value, which a function of an instruction set itself cannot be.

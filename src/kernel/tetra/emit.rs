@@ -6,8 +6,8 @@ use super::super::layer::Layer;
 use super::edges::{Crossings, Diagonals};
 use super::tables::TetraTables;
 
-/// The running ids of a row of cells; the lanes of `tables`, filled up.
-pub(in super::super) type TetraLanes = [u32; 32];
+/// For each local id of `tables`, the id of its vertex, filled up to two registers.
+pub(in super::super) type TetraRunningIds = [u32; 32];
 
 /// What emitting a layer's triangles needs.
 #[derive(Clone, Copy)]
@@ -54,26 +54,26 @@ impl TetraTriangles<'_> {
         }
     }
 
-    /// The lanes at the beginning of a row of cells.
+    /// The running ids at the beginning of a row of cells.
     #[inline(always)]
-    fn lanes(&self, ids: &Ids, row: usize) -> TetraLanes {
+    fn running_ids(&self, first: &Ids, row: usize) -> TetraRunningIds {
         let (above, here) = (row, row + 1);
-        let mut lanes = [0; 32];
-        let edges = ids.edges.lanes(self.planes, self.layer, row, self.open);
-        lanes[..12].copy_from_slice(&edges[..12]);
-        let mut yz = ids.yz.wrapping_add(self.diagonals.yz.before(here));
+        let mut running = [0; 32];
+        let edges = first.edges.running_ids(self.planes, self.layer, row, self.open);
+        running[..12].copy_from_slice(&edges[..12]);
+        let mut yz = first.yz.wrapping_add(self.diagonals.yz.before(here));
         if self.open {
             // The first cell's left diagonal is never some cell's right one.
             yz += ((self.planes[0].row(above)[1] ^ self.planes[1].row(here)[1]) & 1) as u32;
         }
-        lanes[12] = ids.xy[0].wrapping_add(self.xy[0].before(here));
-        lanes[13] = ids.xy[1].wrapping_add(self.xy[1].before(here));
-        lanes[14] = ids.xz.wrapping_add(self.diagonals.xz.before(above));
-        lanes[15] = ids.xz.wrapping_add(self.diagonals.xz.before(here));
-        lanes[16] = yz.wrapping_sub(1);
-        lanes[17] = yz;
-        lanes[18] = ids.body.wrapping_add(self.diagonals.body.before(here));
-        lanes
+        running[12] = first.xy[0].wrapping_add(self.xy[0].before(here));
+        running[13] = first.xy[1].wrapping_add(self.xy[1].before(here));
+        running[14] = first.xz.wrapping_add(self.diagonals.xz.before(above));
+        running[15] = first.xz.wrapping_add(self.diagonals.xz.before(here));
+        running[16] = yz.wrapping_sub(1);
+        running[17] = yz;
+        running[18] = first.body.wrapping_add(self.diagonals.body.before(here));
+        running
     }
 
     /// Writes the ids of all triangles of the layer, three each, to the front of `out`, whose length
@@ -85,7 +85,7 @@ impl TetraTriangles<'_> {
     pub(in super::super) fn emit_with(
         &self,
         out: &mut [u32],
-        emit_row: impl Fn(&TetraTables, TetraLanes, &[u8], &mut [u32]) -> usize,
+        emit_row: impl Fn(&TetraTables, TetraRunningIds, &[u8], &mut [u32]) -> usize,
     ) {
         let ids = self.ids();
         let mut out = out;
@@ -93,8 +93,8 @@ impl TetraTriangles<'_> {
         for run in &self.layer.rows {
             let (row, rest) = cases.split_at(run.n_cells as usize);
             cases = rest;
-            let lanes = self.lanes(&ids, run.row as usize);
-            let n = emit_row(self.tables, lanes, row, out);
+            let running = self.running_ids(&ids, run.row as usize);
+            let n = emit_row(self.tables, running, row, out);
             out = &mut out[n..];
         }
     }
@@ -102,18 +102,18 @@ impl TetraTriangles<'_> {
     /// The definition of what every instruction set does.
     #[inline(always)]
     pub(in super::super) fn emit_portable(&self, out: &mut [u32]) {
-        self.emit_with(out, |tables, lanes, cases, out| {
-            let mut lanes = lanes;
+        self.emit_with(out, |tables, running, cases, out| {
+            let mut ids = running;
             let mut at = 0;
             for &case in cases {
                 let case = usize::from(case);
                 let n = 3 * usize::from(tables.n_triangles[case]);
-                let corners = tables.corners[case].as_flattened();
-                for (id, lane) in out[at..at + n].iter_mut().zip(corners) {
-                    *id = lanes[usize::from(lane & 31)];
+                let locals = tables.ids[case].as_flattened();
+                for (id, local) in out[at..at + n].iter_mut().zip(locals) {
+                    *id = ids[usize::from(local & 31)];
                 }
                 at += n;
-                for (id, &by) in lanes.iter_mut().zip(&tables.crossed[case]) {
+                for (id, &by) in ids.iter_mut().zip(&tables.crossed[case]) {
                     *id = id.wrapping_add(u32::from(by));
                 }
             }

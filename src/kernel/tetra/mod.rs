@@ -12,7 +12,7 @@ mod vertices;
 
 pub(super) use edges::{Crossings, Diagonals, Kind, Region};
 pub(super) use emit::TetraTriangles;
-pub use tables::{N_LANES, TetraTables, lane_corners};
+pub use tables::{N_TETRA_EDGES, TetraTables, edge_ends};
 pub(super) use vertices::Between;
 
 use super::key::Bits;

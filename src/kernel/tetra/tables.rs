@@ -10,15 +10,15 @@
 use std::sync::LazyLock;
 
 /// How many edges a cell has: its own, its faces' diagonals and the main diagonal.
-pub const N_LANES: usize = 19;
+pub const N_TETRA_EDGES: usize = 19;
 
 /// The tables for one winding.
 ///
-/// Vertices are named by *lane*, the cell's own numbering. The first twelve are those of `cube`;
-/// where a face has a diagonal, it runs from the face's lowest corner to its highest.
+/// Vertices are named by *local id*, the cell's own numbering of its edges. The first twelve are those
+/// of `cube`; where a face has a diagonal, it runs from the face's lowest corner to its highest.
 ///
 /// ```text
-/// lane  0..4   X edges, y + 2z
+///        0..4   X edges, y + 2z
 ///       4..8   Y edges, z + 2x
 ///       8..12  Z edges, x + 2y
 ///      12, 13  XY diagonals, before (z = 0) and after (z = 1)
@@ -29,9 +29,9 @@ pub const N_LANES: usize = 19;
 pub struct TetraTables {
     /// How many triangles a case has; at most 12.
     pub n_triangles: [u8; 256],
-    /// Three lanes a triangle, counter-clockwise seen from outside, sixteen to a block.
-    pub corners: [[[u8; 16]; 3]; 256],
-    /// By how much a cell moves the running id of each lane on. Lanes whose edges no other cell of
+    /// Three local ids a triangle, counter-clockwise seen from outside, sixteen to a block.
+    pub ids: [[[u8; 16]; 3]; 256],
+    /// By how much a cell moves the running id of each local id on. Those whose edges no other cell of
     /// the row has (X edges, XY and XZ diagonals, the main diagonal) have ids of their own; the
     /// others follow the cell's right-hand edge, left and right alike: the left one is always the
     /// last that was counted.
@@ -49,44 +49,44 @@ impl TetraTables {
 
     fn new(mirrored: bool) -> Self {
         let mut tables =
-            Self { n_triangles: [0; 256], corners: [[[0; 16]; 3]; 256], crossed: [[0; 32]; 256] };
+            Self { n_triangles: [0; 256], ids: [[[0; 16]; 3]; 256], crossed: [[0; 32]; 256] };
         for case in 0..=255u8 {
             let at = usize::from(case);
             let mut n = 0;
-            let places = tables.corners[at].as_flattened_mut().chunks_exact_mut(3);
+            let places = tables.ids[at].as_flattened_mut().chunks_exact_mut(3);
             for (place, [a, b, c]) in places.zip(triangles(case)) {
                 place.copy_from_slice(&if mirrored { [a, c, b] } else { [a, b, c] });
                 n += 1;
             }
             tables.n_triangles[at] = n;
-            for lane in 0..N_LANES {
-                let [a, b] = lane_corners(right(lane));
-                tables.crossed[at][lane] = (case >> a ^ case >> b) & 1;
+            for edge in 0..N_TETRA_EDGES {
+                let [a, b] = edge_ends(right(edge));
+                tables.crossed[at][edge] = (case >> a ^ case >> b) & 1;
             }
         }
         tables
     }
 }
 
-/// The two corners of the edge that a lane stands for, the lower one first.
-pub const fn lane_corners(lane: usize) -> [usize; 2] {
-    let (low, step) = match lane {
-        0..4 => (lane << 1, 1),
-        4..8 => ((lane & 1) << 2 | (lane >> 1 & 1), 2),
-        8..12 => (lane & 3, 4),
-        12..14 => ((lane & 1) << 2, 3),
-        14..16 => ((lane & 1) << 1, 5),
-        16..18 => (lane & 1, 6),
+/// The two corners of an edge, by its local id, the lower one first.
+pub const fn edge_ends(edge: usize) -> [usize; 2] {
+    let (low, step) = match edge {
+        0..4 => (edge << 1, 1),
+        4..8 => ((edge & 1) << 2 | (edge >> 1 & 1), 2),
+        8..12 => (edge & 3, 4),
+        12..14 => ((edge & 1) << 2, 3),
+        14..16 => ((edge & 1) << 1, 5),
+        16..18 => (edge & 1, 6),
         _ => (0, 7),
     };
     [low, low | step]
 }
 
-/// The lane of an edge between two corners, one of which lies on from the other along some axes.
-const fn lane(a: usize, b: usize) -> u8 {
+/// The local id of the edge between two corners, one of which lies on from the other along some axes.
+const fn edge(a: usize, b: usize) -> u8 {
     let (low, step) = (a & b, a ^ b);
     let (x, y, z) = (low & 1, low >> 1 & 1, low >> 2 & 1);
-    let lane = match step {
+    let id = match step {
         1 => y + 2 * z,
         2 => 4 + z + 2 * x,
         4 => 8 + x + 2 * y,
@@ -95,16 +95,16 @@ const fn lane(a: usize, b: usize) -> u8 {
         6 => 16 + x,
         _ => 18,
     };
-    lane as u8
+    id as u8
 }
 
-/// The lane whose edge is counted for a lane: the right-hand one of a left and a right edge.
-const fn right(lane: usize) -> usize {
-    match lane {
-        4..8 => lane | 2,
-        8..12 => lane | 1,
+/// The edge that is counted for an edge: the right-hand one of a left and a right edge.
+const fn right(edge: usize) -> usize {
+    match edge {
+        4..8 => edge | 2,
+        8..12 => edge | 1,
         16 => 17,
-        _ => lane,
+        _ => edge,
     }
 }
 
@@ -156,9 +156,9 @@ fn cut(case: u8, corners: [usize; 4]) -> Vec<[u8; 3]> {
     });
     let Some([a, b, c, d]) = turned else { return Vec::new() };
     match n_inside {
-        1 => vec![[lane(a, b), lane(a, c), lane(a, d)]],
-        2 => vec![[lane(a, c), lane(a, d), lane(b, d)], [lane(a, c), lane(b, d), lane(b, c)]],
-        3 => vec![[lane(a, b), lane(a, d), lane(a, c)]],
+        1 => vec![[edge(a, b), edge(a, c), edge(a, d)]],
+        2 => vec![[edge(a, c), edge(a, d), edge(b, d)], [edge(a, c), edge(b, d), edge(b, c)]],
+        3 => vec![[edge(a, b), edge(a, d), edge(a, c)]],
         _ => Vec::new(),
     }
 }

@@ -8,7 +8,7 @@ use crate::mesh::Normal;
 use crate::volume::Sample;
 
 /// Edges worked on side by side.
-pub(super) const LANES: usize = 64;
+pub(super) const BATCH: usize = 64;
 
 /// The samples of an edge from `a` to `b` and those around it.
 ///
@@ -37,20 +37,20 @@ pub(in crate::kernel) struct Making {
 }
 
 /// Edges whose neighbours are all there, on their way from samples to normals.
-pub(super) struct Lanes<T> {
-    pub(super) samples: Star<[T; LANES]>,
-    t: [f32; LANES],
+pub(super) struct Batch<T> {
+    pub(super) samples: Star<[T; BATCH]>,
+    t: [f32; BATCH],
     /// b - a.
-    rise: [f32; LANES],
-    along: [f32; LANES],
+    rise: [f32; BATCH],
+    along: [f32; BATCH],
     /// Along the other two axes.
-    first: [f32; LANES],
-    second: [f32; LANES],
-    x: [f32; LANES],
-    y: [f32; LANES],
-    z: [f32; LANES],
+    first: [f32; BATCH],
+    second: [f32; BATCH],
+    x: [f32; BATCH],
+    y: [f32; BATCH],
+    z: [f32; BATCH],
     /// The squares of lengths before they were made 1.
-    square: [f32; LANES],
+    square: [f32; BATCH],
 }
 
 /// From the lower end's slope to the upper one's.
@@ -59,11 +59,11 @@ fn mix(t: f32, a: f32, b: f32) -> f32 {
     (1.0 - t) * a + t * b
 }
 
-impl<T: Sample> Lanes<T> {
+impl<T: Sample> Batch<T> {
     pub(super) fn new() -> Self {
-        let none = [0.0; LANES];
+        let none = [0.0; BATCH];
         Self {
-            samples: [[T::default(); LANES]; 12],
+            samples: [[T::default(); BATCH]; 12],
             t: none,
             rise: none,
             along: none,
@@ -79,12 +79,12 @@ impl<T: Sample> Lanes<T> {
     /// Makes normals of the samples.
     #[inline(always)]
     pub(super) fn make<const AXIS: usize>(&mut self, with: &Making) {
-        self.place(with);
+        self.crossings(with);
         self.slopes::<AXIS>(with);
         self.turn::<AXIS>(with);
     }
 
-    /// The normal of a lane, of length 1 if [`Lanes::is_usual`].
+    /// The normal of edge `l` of the batch, of length 1 if [`Batch::is_usual`].
     #[inline(always)]
     pub(super) fn normal(&self, l: usize) -> Normal {
         [self.x[l], self.y[l], self.z[l]]
@@ -96,17 +96,17 @@ impl<T: Sample> Lanes<T> {
         usual(self.square[l])
     }
 
-    /// Whether that holds for the first `n` lanes.
+    /// Whether that holds for the first `n`.
     #[inline(always)]
     pub(super) fn all_usual(&self, n: usize) -> bool {
-        self.square[..n.min(LANES)].iter().fold(true, |all, &square| all & usual(square))
+        self.square[..n.min(BATCH)].iter().fold(true, |all, &square| all & usual(square))
     }
 
-    /// The vertices' own places on their edges.
+    /// t and the rise along each edge.
     #[inline(always)]
-    fn place(&mut self, with: &Making) {
+    fn crossings(&mut self, with: &Making) {
         let [a, b, ..] = &self.samples;
-        for l in 0..LANES {
+        for l in 0..BATCH {
             self.rise[l] = b[l].minus(a[l]);
             let (a, b) = (a[l].to_f64(), b[l].to_f64());
             self.t[l] = crossing(a, b, with.level, with.epsilon) as f32;
@@ -118,14 +118,14 @@ impl<T: Sample> Lanes<T> {
         let [a, b, before, after, p, q, r, s, v, w, x, y] = &self.samples;
         let central = |low: T, high: T| 0.5 * high.minus(low);
         let [low, high] = with.across.map(|across| across.weights.map(|x| x as f32));
-        for l in 0..LANES {
+        for l in 0..BATCH {
             self.first[l] = mix(self.t[l], central(p[l], q[l]), central(r[l], s[l]));
         }
         if AXIS == 2 {
-            for l in 0..LANES {
+            for l in 0..BATCH {
                 self.second[l] = mix(self.t[l], central(v[l], w[l]), central(x[l], y[l]));
             }
-            for l in 0..LANES {
+            for l in 0..BATCH {
                 let rise = self.rise[l];
                 let low = low[0] * a[l].minus(before[l]) + low[1] * rise;
                 let high = high[0] * rise + high[1] * after[l].minus(b[l]);
@@ -133,19 +133,19 @@ impl<T: Sample> Lanes<T> {
             }
             let [low, high] = with.across.map(|across| across.lean.map(|x| x as f32));
             if low != [0.0; 2] || high != [0.0; 2] {
-                for l in 0..LANES {
+                for l in 0..BATCH {
                     let low = low[0] * central(p[l], q[l]) + low[1] * central(v[l], w[l]);
                     let high = high[0] * central(r[l], s[l]) + high[1] * central(x[l], y[l]);
                     self.along[l] -= mix(self.t[l], low, high);
                 }
             }
         } else {
-            for l in 0..LANES {
+            for l in 0..BATCH {
                 let low = low[0] * a[l].minus(v[l]) + low[1] * w[l].minus(a[l]);
                 let high = high[0] * b[l].minus(x[l]) + high[1] * y[l].minus(b[l]);
                 self.second[l] = mix(self.t[l], low, high);
             }
-            for l in 0..LANES {
+            for l in 0..BATCH {
                 self.along[l] = mix(self.t[l], central(before[l], b[l]), central(a[l], after[l]));
             }
         }
@@ -161,7 +161,7 @@ impl<T: Sample> Lanes<T> {
     fn turn<const AXIS: usize>(&mut self, with: &Making) {
         let [i, j, k] = with.columns;
         let [own, first, second] = in_order::<AXIS>(with.squares);
-        for l in 0..LANES {
+        for l in 0..BATCH {
             let (u, v, rise) = (self.first[l], self.second[l], self.rise[l]);
             let along = self.along[l];
             let leans_back = along * 1f32.copysign(rise) < 0.0;

@@ -14,44 +14,44 @@ use super::tunnel::{annuli, orient, tip};
 
 /// The triangles of one cell.
 ///
-/// They name vertices by *lane*, the cell's own numbering: 0 to 11 its edges (`cube`), 12 to 14 its
+/// They name vertices by *local id*, the cell's own numbering: 0 to 11 its edges (`cube`), 12 to 14 its
 /// wall vertices, 15 its centre vertex. A row has walls or a centre or neither, never both.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
     /// How many triangles; at most 16.
     pub n_triangles: u8,
-    /// How many wall vertices, lanes 12 and on; at most 3. They come in the order of `walls`.
+    /// How many wall vertices, local ids 12 and on; at most 3. They come in the order of `walls`.
     pub n_walls: u8,
-    /// How many centre vertices, lane 15; 0 or 1.
+    /// How many centre vertices, local id 15; 0 or 1.
     pub n_centres: u8,
-    /// Three lanes a triangle, counter-clockwise seen from outside the surface, sixteen to a block.
-    pub lanes: [[u8; 16]; 3],
+    /// Three local ids a triangle, counter-clockwise seen from outside the surface, sixteen to a block.
+    pub ids: [[u8; 16]; 3],
     /// The faces before which the walls stand, rising.
-    pub(super) walls: [u8; 3],
+    pub(in crate::kernel) walls: [u8; 3],
     /// The axis across which two loops of four face each other in a tunnel; else 3.
-    pub(super) axis: u8,
+    pub(in crate::kernel) axis: u8,
     /// The edges of the loop that the centre fills, one bit each.
-    pub(super) centre_loop: u16,
+    pub(in crate::kernel) centre_loop: u16,
     /// The corner that a loop of three cuts off beside a centre; else 8.
-    pub(super) beside: u8,
+    pub(in crate::kernel) beside: u8,
     /// For a row without a tunnel, those with one that joins outside or inside corners: their
     /// numbers, 0 for none. Where a tunnel has two forms, the second follows the first.
-    pub(super) tunnels: [u16; 2],
+    pub(in crate::kernel) tunnels: [u16; 2],
 }
 
 /// The tables for one winding.
 pub struct Tables {
-    /// How many triangles a case has; 0 where the cell needs settling.
+    /// How many triangles a case has; 0 where the case leaves the cell unsettled.
     pub n_triangles: [u8; 256],
     /// Whether the corners alone do not say what the surface is: an ambiguous face, or two corners
     /// opposite each other between which there may be a tunnel.
-    pub needs_settling: [bool; 256],
-    /// The first block of the case's first row: three lanes a triangle. (For cases that need
-    /// settling: the row whose faces join nothing.)
-    pub corners: [[u8; 16]; 256],
-    /// By how much a cell moves the running id of each lane on. X edges, lanes 0 to 3, have ids of
-    /// their own; the four lanes of Y edges and of Z edges follow the cell's right-hand edge, left
-    /// and right alike. 0 for lanes 12 to 15.
+    pub is_unsettled: [bool; 256],
+    /// The first block of the case's first row: three local ids a triangle. (For unsettled
+    /// cases: the row whose faces join nothing.)
+    pub ids: [[u8; 16]; 256],
+    /// By how much a cell moves the running id of each local id on. X edges, 0 to 3, have ids of
+    /// their own; the four of Y edges and of Z edges follow the cell's right-hand edge, left
+    /// and right alike. 0 for 12 to 15.
     pub crossed: [[u8; 16]; 256],
     /// All rows: those of a case side by side, in the order of the bits of its ambiguous faces,
     /// then those with a tunnel.
@@ -59,12 +59,15 @@ pub struct Tables {
     /// The first row of each case.
     pub first_row: [u16; 256],
     /// The ambiguous faces of each case, rising: its two inside corners, then its two outside ones.
-    pub(super) ambiguous: [[[u8; 4]; 6]; 256],
+    pub(in crate::kernel) ambiguous: [[[u8; 4]; 6]; 256],
     /// How many those are.
-    pub(super) n_ambiguous: [u8; 256],
+    pub(in crate::kernel) n_ambiguous: [u8; 256],
 }
 
 impl Tables {
+    /// How many rows have no tunnel: those come first.
+    pub const N_PLAIN_ROWS: usize = 656;
+
     /// The tables whose triangles are counter-clockwise seen from outside, or, `mirrored`, the
     /// other way round: for maps that turn the space inside out.
     pub fn get(mirrored: bool) -> &'static Self {
@@ -82,17 +85,17 @@ impl Tables {
                 rows.push(plain_row(case, joined, mirrored));
             }
         }
-        let mut needs_settling = [false; 256];
+        let mut is_unsettled = [false; 256];
         for case in 0..=255 {
             let first = first_row[case as usize];
             let faces = ambiguous_faces(case);
-            needs_settling[case as usize] = faces != 0;
+            is_unsettled[case as usize] = faces != 0;
             for (row, joined) in (first..).zip(combinations(faces)) {
                 for inside in [false, true] {
                     let found = tunnel_rows(case, joined, inside, mirrored);
                     if !found.is_empty() {
                         rows[row as usize].tunnels[usize::from(inside)] = rows.len() as u16;
-                        needs_settling[case as usize] = true;
+                        is_unsettled[case as usize] = true;
                     }
                     rows.extend(found);
                 }
@@ -100,8 +103,8 @@ impl Tables {
         }
         let mut tables = Self {
             n_triangles: [0; 256],
-            needs_settling,
-            corners: [[0; 16]; 256],
+            is_unsettled,
+            ids: [[0; 16]; 256],
             crossed: [[0; 16]; 256],
             rows,
             first_row,
@@ -120,12 +123,12 @@ impl Tables {
         }
         for case in 0..256 {
             let row = &tables.rows[usize::from(first_row[case])];
-            tables.corners[case] = row.lanes[0];
-            tables.n_triangles[case] = if needs_settling[case] { 0 } else { row.n_triangles };
-            for lane in 0..12 {
-                // Lane 4 + z + 2x, 8 + x + 2y: the right-hand edge is the one with the x bit set.
-                let counted = [lane, lane | 2, lane | 1][lane / 4];
-                tables.crossed[case][lane] = is_crossed(case as u8, counted).into();
+            tables.ids[case] = row.ids[0];
+            tables.n_triangles[case] = if is_unsettled[case] { 0 } else { row.n_triangles };
+            for id in 0..12 {
+                // Edge 4 + z + 2x, 8 + x + 2y: the right-hand edge is the one with the x bit set.
+                let counted = [id, id | 2, id | 1][id / 4];
+                tables.crossed[case][id] = is_crossed(case as u8, counted).into();
             }
         }
         tables
@@ -182,17 +185,17 @@ fn tunnel_rows(case: u8, joined: u8, inside: bool, mirrored: bool) -> Vec<Row> {
 /// A row of triangles given in the direction of the loops, which have the inside on their left and
 /// so face inwards: wound outward here, unless mirrored.
 fn row(triangles: &[[u8; 3]], mirrored: bool) -> Row {
-    let mut lanes = [0; 48];
-    for (place, &[a, b, c]) in lanes.chunks_exact_mut(3).zip(triangles) {
-        place.copy_from_slice(&if mirrored { [a, b, c] } else { [a, c, b] });
+    let mut ids = [0; 48];
+    for (slot, &[a, b, c]) in ids.chunks_exact_mut(3).zip(triangles) {
+        slot.copy_from_slice(&if mirrored { [a, b, c] } else { [a, c, b] });
     }
     let mut blocks = [[0; 16]; 3];
-    blocks.as_flattened_mut().copy_from_slice(&lanes);
+    blocks.as_flattened_mut().copy_from_slice(&ids);
     Row {
         n_triangles: triangles.len() as u8,
         n_walls: 0,
         n_centres: 0,
-        lanes: blocks,
+        ids: blocks,
         walls: [0; 3],
         axis: 3,
         centre_loop: 0,
@@ -209,26 +212,12 @@ mod tests {
     fn there_are_656_rows_without_and_160_with_a_tunnel() {
         let rows = &Tables::get(false).rows;
         assert_eq!(rows.len(), 816);
-        let (plain, tunnels) = rows.split_at(656);
+        let (plain, tunnels) = rows.split_at(Tables::N_PLAIN_ROWS);
         assert_eq!(plain.iter().filter(|row| row.tunnels != [0, 0]).count(), 140);
         assert_eq!(plain.iter().filter(|row| row.n_centres == 1).count(), 140);
         assert_eq!(tunnels.iter().filter(|row| row.axis < 3).count(), 24);
         let links: usize =
             plain.iter().flat_map(|row| row.tunnels).filter(|&tunnel| tunnel != 0).count();
         assert_eq!(links, 148);
-    }
-
-    #[test]
-    fn plain_rows_are_sound_patches() {
-        for case in 0..=255 {
-            for joined in combinations(ambiguous_faces(case)) {
-                let lines = loops(case, joined);
-                let triangles: Vec<_> = lines.iter().flat_map(|line| fan(line)).collect();
-                assert!(is_sound(&triangles, &lines, lines.len() as i32), "{case} {joined}");
-                assert!(triangles.len() <= 16);
-                let centres = lines.iter().filter(|line| fan(line)[0][0] == CENTRE).count();
-                assert!(centres <= 1, "{case} {joined}: {lines:?}");
-            }
-        }
     }
 }
