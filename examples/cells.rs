@@ -2,7 +2,7 @@
 //! `cargo run --example cells > docs/cells.svg`, or some cells cut into tetrahedra,
 //! `cargo run --example cells tetrahedra > docs/tetrahedra.svg`.
 
-use mcubes::kernel::cube::{edge_axis, edge_corners};
+use mcubes::kernel::cube::edge_corners;
 use mcubes::kernel::{
     CellSurface, N_TETRA_EDGES, Tables, TetraTables, crossing, edge_ends, settle,
 };
@@ -137,18 +137,10 @@ fn seen([x, y, z]: Point) -> Point {
 
 fn drawing(case: u8, values: &[f64; 8], surface: &CellSurface) -> Drawing {
     let row = &Tables::get(false).rows[usize::from(surface.row)];
-    let place = |id: u8| match id {
-        0..12 => {
-            let mut point = at_corner(edge_corners(id.into())[0]);
-            point[edge_axis(id.into())] = parameter(values, id.into());
-            point
-        }
-        12..15 => surface.extra[usize::from(id - 12)],
-        _ => surface.extra[0],
-    };
+    let place = |id| surface.point(id, |edge| parameter(values, edge));
     Drawing {
         case,
-        triangles: triangles(row.ids.as_flattened(), row.n_triangles, place),
+        triangles: row.triangles().map(|ids| ids.map(place)).collect(),
         points: surface.extra[..surface.n_extra.into()].to_vec(),
         diagonals: Vec::new(),
     }

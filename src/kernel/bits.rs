@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::region::Region;
+
 /// No rows, so that a union with it changes nothing.
 const NO_ROWS: Range<usize> = Range { start: usize::MAX, end: 0 };
 
@@ -89,10 +91,16 @@ impl BitPlane {
         self.words[1 + q * self.stride + w]
     }
 
-    /// The bit before word `w` of row `q`, as the lowest.
+    /// The crossed X edges of word `w` of row `q`, each at the bit of its right-hand end.
     #[inline(always)]
-    pub(super) fn carry(&self, q: usize, w: usize) -> u64 {
-        self.words[q * self.stride + w] >> 63
+    pub(super) fn x_crossings(&self, region: Region, q: usize, w: usize) -> u64 {
+        along_x(region, self.row(q), w)
+    }
+
+    /// The crossed Y edges between the rows `q - 1` and `q`, at word `w`.
+    #[inline(always)]
+    pub(super) fn y_crossings(&self, region: Region, q: usize, w: usize) -> u64 {
+        if region.rows().contains(&q) { self.word(q - 1, w) ^ self.word(q, w) } else { 0 }
     }
 
     /// Whether row `q` has a bit.
@@ -139,15 +147,14 @@ impl BitPlane {
         self.y_before.fill(0);
     }
 
-    /// Takes a plane of samples; `classify` turns 64 of them into a word. `open` leaves the border
-    /// out of the crossings.
+    /// Takes a plane of samples; `classify` turns 64 of them into a word.
     ///
     /// Inlined into one function an instruction set, so that all of it is compiled for that set.
     #[inline(always)]
     pub(super) fn fill_with<K: Copy + Default>(
         &mut self,
         samples: &[K],
-        open: bool,
+        region: Region,
         classify: impl Fn(&[K; 64]) -> u64,
     ) {
         // Two streams, the upper half of the plane and the lower, keep more of the memory's
@@ -175,15 +182,14 @@ impl BitPlane {
             Some(first) => first..self.any.iter().rposition(|&any| any).map_or(0, |q| q + 1),
             None => NO_ROWS,
         };
-        self.count_crossings(open);
+        self.count_crossings(region);
     }
 
     /// Numbers the crossings in the plane, row by row: a pass of its own, so that the comparison
     /// runs at the speed of memory.
     #[inline(always)]
-    fn count_crossings(&mut self, open: bool) {
-        let (nx, ny) = (self.nx, self.ny);
-        let words = nx.div_ceil(64);
+    fn count_crossings(&mut self, region: Region) {
+        let words = self.row_words();
         let (mut n_x, mut n_y) = (0, 0);
         self.x_before.fill(0);
         self.y_before.fill(0);
@@ -196,11 +202,11 @@ impl BitPlane {
             if !self.any[q] && !self.any[q - 1] {
                 continue;
             }
-            let above = &self.words[1 + (q - 1) * self.stride..][..words];
-            let row = &self.words[1 + q * self.stride..][..words];
-            n_x += x_crossings(nx, row, open);
-            if !(open && (q == 1 || q == ny + 1)) {
-                n_y += above.iter().zip(row).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
+            let (above, row) = (&self.row(q - 1)[..=words], &self.row(q)[..=words]);
+            n_x += (0..words).map(|w| along_x(region, row, w).count_ones()).sum::<u32>();
+            if region.rows().contains(&q) {
+                n_y +=
+                    above.iter().zip(row).skip(1).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
             }
         }
         self.x_before[self.some.end + 1..].fill(n_x);
@@ -231,19 +237,8 @@ fn fill_row<K: Copy + Default>(
     any
 }
 
-/// Crossings along a row, the two into the border included unless `open`.
+/// The crossed X edges of word `w` of a row, which comes with the word before it.
 #[inline(always)]
-fn x_crossings(nx: usize, row: &[u64], open: bool) -> u32 {
-    let (mut n, mut carry) = (0, 0);
-    for &word in row {
-        n += (word ^ (word << 1 | carry)).count_ones();
-        carry = word >> 63;
-    }
-    // Where nx is a multiple of 64 the crossing out of the last sample falls into the next word.
-    n += carry as u32;
-    if open {
-        n -= (row[0] & 1) as u32;
-        n -= (row[(nx - 1) / 64] >> ((nx - 1) % 64) & 1) as u32;
-    }
-    n
+fn along_x(region: Region, row: &[u64], w: usize) -> u64 {
+    (row[w + 1] ^ (row[w + 1] << 1 | row[w] >> 63)) & region.columns(w)
 }

@@ -5,7 +5,7 @@
 
 use super::decide::{joins, waist};
 use super::extra::{centre, walls};
-use super::tables::cube::is_crossed;
+use super::tables::cube::{edge_point, is_crossed};
 use super::tables::{Row, Tables};
 
 /// The surface of one cell.
@@ -18,6 +18,17 @@ pub struct CellSurface {
     pub n_extra: u8,
     /// Those vertices, in the cell's own coordinates, 0 to 1 along each axis.
     pub extra: [[f64; 3]; 3],
+}
+
+impl CellSurface {
+    /// Where the vertex of a local id lies in the cell; `t` is what [`settle`] was given.
+    pub fn point(&self, id: u8, t: impl Fn(usize) -> f64) -> [f64; 3] {
+        match id {
+            0..12 => edge_point(id.into(), t(id.into())),
+            15 => self.extra[0],
+            _ => self.extra[usize::from(id - 12) % 3],
+        }
+    }
 }
 
 /// Settles a cell.

@@ -5,7 +5,7 @@
 
 use super::decide::{Waist, gradient, trilinear};
 use super::tables::Row;
-use super::tables::cube::{corner_at, edge_axis, edge_corners, edge_of};
+use super::tables::cube::{corner_at, edge_of, edge_point};
 use crate::geom::vec3::{cross, norm, sub};
 
 type Point = [f64; 3];
@@ -33,12 +33,10 @@ pub(super) fn walls(row: &Row, waist: &Waist, t: &Crossings, epsilon: f64) -> Op
         wall[axis] = ends[near][axis];
     }
     let place = |id: u8| match id {
-        0..12 => edge_point(id.into(), t),
+        0..12 => edge_point(id.into(), t[usize::from(id)]),
         _ => walls[usize::from(id - 12)],
     };
-    let n_ids = 3 * usize::from(row.n_triangles);
-    let thick = |corners: &[u8]| altitude([0, 1, 2].map(|k| place(corners[k]))) >= epsilon / 4.0;
-    row.ids.as_flattened()[..n_ids].chunks_exact(3).all(thick).then_some(walls)
+    row.triangles().all(|ids| altitude(ids.map(place)) >= epsilon / 4.0).then_some(walls)
 }
 
 /// The centre vertex of a row that has one: the mean of its loop's vertices, moved towards the
@@ -46,7 +44,7 @@ pub(super) fn walls(row: &Row, waist: &Waist, t: &Crossings, epsilon: f64) -> Op
 pub(super) fn centre(row: &Row, values: &[f64; 8], t: &Crossings) -> Point {
     let line = (0..12).filter(|edge| row.centre_loop >> edge & 1 == 1);
     let mut sum = [0.0; 3];
-    for point in line.map(|edge| edge_point(edge, t)) {
+    for point in line.map(|edge| edge_point(edge, t[edge])) {
         sum = [0, 1, 2].map(|axis| sum[axis] + point[axis]);
     }
     let mean = sum.map(|x| x / f64::from(row.centre_loop.count_ones()));
@@ -83,13 +81,6 @@ fn is_beyond(corner: u8, point: Point, t: &Crossings) -> bool {
         if at[axis] == 0 { point[axis] / t } else { (1.0 - point[axis]) / (1.0 - t) }
     };
     reach(0) + reach(1) + reach(2) > 1.001
-}
-
-/// The vertex on an edge.
-fn edge_point(edge: usize, t: &Crossings) -> Point {
-    let mut point = corner_at(edge_corners(edge)[0]).map(|x| x as f64);
-    point[edge_axis(edge)] = t[edge];
-    point
 }
 
 /// The least altitude of a triangle.

@@ -2,6 +2,7 @@
 
 use super::bits::BitPlane;
 use super::cpu::Detected;
+use super::region::Region;
 use super::tetra::Crossings;
 use super::{Cut, simd};
 use crate::volume::Sample;
@@ -34,7 +35,7 @@ pub trait Key: bytemuck::Pod + Default + Send + Sync {
         cpu: Detected,
         samples: &[Self],
         threshold: Threshold<Self>,
-        open: bool,
+        region: Region,
         out: &mut Bits,
     );
 }
@@ -104,8 +105,8 @@ macro_rules! integer_key {
                 self >= at
             }
 
-            fn fill(cpu: Detected, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits) {
-                simd::$key::fill(cpu, samples, threshold, open, &mut out.0);
+            fn fill(cpu: Detected, samples: &[Self], threshold: Threshold<Self>, region: Region, out: &mut Bits) {
+                simd::$key::fill(cpu, samples, threshold, region, &mut out.0);
             }
         }
 
@@ -136,8 +137,8 @@ macro_rules! float_key {
                 self >= at
             }
 
-            fn fill(cpu: Detected, samples: &[Self], threshold: Threshold<Self>, open: bool, out: &mut Bits) {
-                simd::$key::fill(cpu, samples, threshold, open, &mut out.0);
+            fn fill(cpu: Detected, samples: &[Self], threshold: Threshold<Self>, region: Region, out: &mut Bits) {
+                simd::$key::fill(cpu, samples, threshold, region, &mut out.0);
             }
         }
 

@@ -1,6 +1,7 @@
 //! The cells between two planes: which are active, and their cases, from words of inside bits.
 
 use super::bits::BitPlane;
+use super::region::Region;
 
 /// A row of cells in which at least one is active.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +109,7 @@ impl Layer {
         &mut self,
         planes: [&BitPlane; 2],
         (nx, ny): (usize, usize),
-        cells: &Cells,
+        cells: Cells,
         row_cells: impl Fn(FourRows<'_>, RowMask, RowOut<'_>) -> RowCells,
     ) {
         let [prev, cur] = planes;
@@ -132,7 +133,7 @@ impl Layer {
                 continue;
             }
             let rows = [prev.row(q - 1), prev.row(q), cur.row(q - 1), cur.row(q)];
-            if !cells.is_none {
+            if cells.region.has_layer(cells.in_border) {
                 let (b, d) = (&rows[1][1..=words], &rows[3][1..=words]);
                 n_z += b.iter().zip(d).map(|(b, d)| (b ^ d).count_ones()).sum::<u32>();
             }
@@ -162,41 +163,27 @@ impl Layer {
     }
 }
 
-/// Which cells of a layer may be active: all of them, or only those between samples.
-#[derive(Clone, Debug)]
+/// Which cells of a layer may be active.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Cells {
-    /// Cell rows, one more than their number: as rows of bit planes are counted.
-    rows: std::ops::Range<usize>,
-    /// The word of a row that holds the cell right of the last sample, and the bits of that word
-    /// that are cells between samples.
-    last: Option<(usize, u64)>,
-    /// The layer lies in the border.
-    is_none: bool,
+    pub(super) region: Region,
+    /// The layer lies between the border and the first or the last plane.
+    pub(super) in_border: bool,
 }
 
 impl Cells {
-    /// All cells, those in the border included.
-    pub(super) fn closed(ny: usize) -> Self {
-        Self { rows: 1..ny + 2, last: None, is_none: false }
-    }
-
-    /// The cells whose eight corners are samples; `in_border` where the layer lies outside the
-    /// volume, so that it has none.
-    pub(super) fn open((nx, ny): (usize, usize), in_border: bool) -> Self {
-        Self { rows: 2..ny + 1, last: Some((nx / 64, (1 << (nx % 64)) - 1)), is_none: in_border }
-    }
-
     /// Those of row `q`.
     #[inline(always)]
-    fn row(&self, q: usize) -> RowMask {
-        RowMask { last: self.last, is_none: self.is_none || !self.rows.contains(&q) }
+    fn row(self, q: usize) -> RowMask {
+        let Self { region, in_border } = self;
+        RowMask { region, is_none: !region.has_layer(in_border) || !region.rows().contains(&q) }
     }
 }
 
 /// Which cells of a row may be active.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RowMask {
-    last: Option<(usize, u64)>,
+    region: Region,
     is_none: bool,
 }
 
@@ -204,11 +191,7 @@ impl RowMask {
     /// The bits of word `w` that may be active.
     #[inline(always)]
     pub(super) fn word(self, w: usize) -> u64 {
-        let Some((last, bits)) = self.last else { return !0 };
-        if self.is_none {
-            return 0;
-        }
-        (if w == 0 { !1 } else { !0 }) & (if w == last { bits } else { !0 })
+        if self.is_none { 0 } else { self.region.columns(w) }
     }
 }
 

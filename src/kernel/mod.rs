@@ -25,7 +25,10 @@ mod family;
 mod gather;
 mod key;
 mod layer;
+#[cfg(test)]
+mod naive;
 mod normal;
+mod region;
 mod settle;
 mod simd;
 mod slab;
@@ -52,6 +55,7 @@ use cpu::Detected;
 use emit::{FirstIds, Triangles};
 use key::{Bits, Key, Threshold};
 use layer::{Cells, Counts, UNSETTLED};
+use region::Region;
 use vertices::{LayerEdges, LayerSlots, Placing, Plane, Slots};
 
 /// The surface of one volume at one iso value, slab by slab.
@@ -136,7 +140,7 @@ impl<T: Classify> Kernel<T> {
                 level: rescale.level(rule.iso),
                 epsilon: place.epsilon(),
                 dims: (dims.nx(), dims.ny()),
-                open: rule.open,
+                region: Region { dims: (dims.nx(), dims.ny()), open: rule.open },
             },
             place: place.clone(),
             tables,
@@ -184,12 +188,9 @@ impl<T: Classify> Kernel<T> {
                 self.count_diagonals(s, [prev, cur], layer);
             }
             let planes = [&prev.0, &cur.0];
-            let cells = if self.placing.open {
-                Cells::open((nx, ny), s == 0 || s == self.dims.nz())
-            } else {
-                Cells::closed(ny)
-            };
-            simd::fill_layer(self.cpu, &self.counts, planes, (nx, ny), &cells, &mut layer.cells);
+            let cells =
+                Cells { region: self.placing.region, in_border: s == 0 || s == self.dims.nz() };
+            simd::fill_layer(self.cpu, &self.counts, planes, (nx, ny), cells, &mut layer.cells);
             let samples = [s.checked_sub(1).and_then(|k| slab.plane(k)), slab.plane(s)];
             layer.totals = Totals::default();
             layer.settled.clear();
@@ -254,7 +255,7 @@ impl<T: Classify> Kernel<T> {
                     layer: &layer.cells,
                     settled: &layer.settled.cells,
                     first: FirstIds::of(planes, &layer.cells, extra, first),
-                    open: self.placing.open,
+                    open: self.placing.region.open,
                 };
                 simd::emit(self.cpu, &job, triangles);
             }
@@ -320,7 +321,7 @@ impl<T: Classify> Kernel<T> {
         match (self.threshold, k.and_then(|k| slab.plane(k))) {
             (Some(threshold), Some(samples)) => {
                 let keys = bytemuck::must_cast_slice::<T, T::Key>(samples);
-                T::Key::fill(self.cpu, keys, threshold, self.placing.open, out);
+                T::Key::fill(self.cpu, keys, threshold, self.placing.region, out);
             }
             _ => out.0.clear(),
         }

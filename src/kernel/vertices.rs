@@ -7,6 +7,7 @@ use super::family::Family;
 use super::gather::Gathered;
 use super::layer::ActiveWord;
 use super::normal::Surroundings;
+use super::region::Region;
 use crate::geom::vec3::Vec3;
 use crate::mesh::{Normal, Position};
 use crate::volume::Sample;
@@ -19,7 +20,7 @@ pub(super) struct Placing {
     pub(super) level: f64,
     pub(super) epsilon: f64,
     pub(super) dims: (usize, usize),
-    pub(super) open: bool,
+    pub(super) region: Region,
 }
 
 /// A plane of samples, or of the border, where it lies.
@@ -99,7 +100,8 @@ impl<T: Sample> LayerEdges<'_, T> {
         let mut x = Edges::new(Family::x(placing, after), out.x);
         let mut y = Edges::new(Family::y(placing, after), out.y);
         let mut z = Edges::new(Family::z(placing, [before, after], self.step), out.z);
-        let has_z = !(placing.open && (before.samples.is_empty() || after.samples.is_empty()));
+        let in_border = before.samples.is_empty() || after.samples.is_empty();
+        let (region, has_z) = (placing.region, placing.region.has_layer(in_border));
         for &ActiveWord { q, w } in self.words {
             let (at, w) = (q as usize, w as usize);
             // Since they were compared the samples may have left the nearer caches.
@@ -111,8 +113,8 @@ impl<T: Sample> LayerEdges<'_, T> {
                     super::simd::ask(plane, from);
                 }
             }
-            x.add(placing.x_crossings(after.bits, at, w), w, q - 1, with);
-            y.add(placing.y_crossings(after.bits, at, w), w, q - 1, with);
+            x.add(after.bits.x_crossings(region, at, w), w, q - 1, with);
+            y.add(after.bits.y_crossings(region, at, w), w, q - 1, with);
             if has_z {
                 z.add(before.bits.word(at, w) ^ after.bits.word(at, w), w, q - 1, with);
             }
@@ -142,7 +144,8 @@ impl Placing {
         let rows = bits.some_rows();
         for q in rows.start..=rows.end {
             for w in 0..bits.row_words() {
-                let (i, j) = (self.x_crossings(bits, q, w), self.y_crossings(bits, q, w));
+                let (i, j) =
+                    (bits.x_crossings(self.region, q, w), bits.y_crossings(self.region, q, w));
                 if i | j != 0 {
                     x.add(i, w, q as u32 - 1, with);
                     y.add(j, w, q as u32 - 1, with);
@@ -151,28 +154,6 @@ impl Placing {
         }
         x.flush(with);
         y.flush(with);
-    }
-
-    /// The crossed X edges of word `w` of row `q`.
-    #[inline(always)]
-    fn x_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
-        let word = bits.word(q, w);
-        let crossed = word ^ (word << 1 | bits.carry(q, w));
-        if !self.open {
-            return crossed;
-        }
-        let nx = self.dims.0;
-        let last = if w == nx / 64 { 1 << (nx % 64) } else { 0 };
-        crossed & !(u64::from(w == 0) | last)
-    }
-
-    /// The crossed Y edges between rows `q - 1` and `q`.
-    #[inline(always)]
-    fn y_crossings(&self, bits: &BitPlane, q: usize, w: usize) -> u64 {
-        if self.open && (q == 1 || q == self.dims.1 + 1) {
-            return 0;
-        }
-        bits.word(q - 1, w) ^ bits.word(q, w)
     }
 }
 

@@ -3,16 +3,17 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use ndarray::{ArrayView3, ArrayViewMut2, Axis};
+use ndarray::ArrayViewMut2;
 
 use super::RunError;
 use super::plan::Plan;
 use super::pool::{PlaneBuffer, Pool};
+use super::sequence::lock;
 use crate::cancel::Cancel;
 use crate::geom::Dims;
-use crate::source::{OrderedPlanes, Planes, PositionedPlanes, SourceError};
+use crate::source::{Copied, OrderedPlanes, Planes, PositionedPlanes, SourceError};
 use crate::volume::{Note, Sample};
 
 /// Hands out slabs to any number of workers. A slab's planes are read by the worker that asked for
@@ -80,7 +81,7 @@ impl<'a, T: Sample> Dispenser<'a, T> {
             })),
             Planes::Resident(array) => match array.to_slice() {
                 Some(samples) => Supply::Contiguous(samples),
-                None => slots(Box::new(Strided(array))),
+                None => slots(Box::new(Copied(array))),
             },
         };
         let pool = Pool::new(dims.plane_len());
@@ -210,18 +211,4 @@ impl<T> Lease<'_, T> {
             LeasedPlanes::Held(planes) => planes.iter().map(|plane| &plane[..]).collect(),
         }
     }
-}
-
-/// An array that is not contiguous, or not in order: copied plane by plane.
-struct Strided<'a, T>(ArrayView3<'a, T>);
-
-impl<T: Sample> PositionedPlanes<T> for Strided<'_, T> {
-    fn read_plane(&self, k: usize, mut out: ArrayViewMut2<'_, T>) -> Result<(), SourceError> {
-        out.assign(&self.0.index_axis(Axis(0), k));
-        Ok(())
-    }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

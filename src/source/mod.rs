@@ -6,6 +6,7 @@
 
 mod buffer;
 pub mod dicom;
+mod each;
 mod error;
 mod file;
 mod gunzip;
@@ -19,6 +20,7 @@ mod survey;
 mod wrap;
 
 pub(crate) use buffer::buffer;
+pub(crate) use each::Copied;
 pub use error::SourceError;
 pub(crate) use error::grouped;
 pub use nifti::NiftiError;

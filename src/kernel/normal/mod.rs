@@ -23,7 +23,7 @@ use super::decide::gradient;
 use super::family::Family;
 use super::gather::Gathered;
 use super::slab::LayerScratch;
-use super::tables::cube::{corner_at, edge_axis, edge_corners};
+use super::tables::cube::edge_corners;
 use super::vertices::Slots;
 use super::{CellSurface, Classify, Kernel, Row, Slab, crossing};
 use crate::geom::vec3::{Vec3, cross, norm, sub};
@@ -164,23 +164,15 @@ impl<T: Classify> Kernel<T> {
     fn facing(&self, surface: &CellSurface, n: usize, corners: &[f64; 8]) -> Vec3 {
         let row: &Row = &self.tables.rows[usize::from(surface.row)];
         let own = if row.n_centres > 0 { 15 } else { 12 + n as u8 };
-        let place = |id: u8| match id {
-            0..12 => {
-                let [low, high] = edge_corners(id.into());
-                let mut point = corner_at(low).map(|x| x as f64);
-                let (level, epsilon) = (self.placing.level, self.placing.epsilon);
-                point[edge_axis(id.into())] = crossing(corners[low], corners[high], level, epsilon);
-                point
-            }
-            15 => surface.extra[0],
-            _ => surface.extra[usize::from(id - 12)],
-        };
-        let n_ids = 3 * usize::from(row.n_triangles);
-        let mut triangles = row.ids.as_flattened()[..n_ids].chunks_exact(3);
-        let Some(triangle) = triangles.find(|triangle| triangle.contains(&own)) else {
+        let Some(triangle) = row.triangles().find(|triangle| triangle.contains(&own)) else {
             return [0.0; 3];
         };
-        let [a, b, c] = [0, 1, 2].map(|k| place(triangle[k]));
+        let (level, epsilon) = (self.placing.level, self.placing.epsilon);
+        let t = |edge: usize| {
+            let [low, high] = edge_corners(edge);
+            crossing(corners[low], corners[high], level, epsilon)
+        };
+        let [a, b, c] = triangle.map(|id| surface.point(id, t));
         let normal = cross(sub(b, a), sub(c, a));
         // The tables' winding is that of the output space.
         if self.place.is_reversed() { normal.map(|x| -x) } else { normal }

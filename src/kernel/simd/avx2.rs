@@ -12,7 +12,8 @@ use super::super::gather::Gathered;
 use super::super::key::Threshold;
 use super::super::layer::{Cells, Counts, Layer, row_cells};
 use super::super::normal::Surroundings;
-use super::super::tetra::{Between, Crossings, Kind, Region, TetraTriangles};
+use super::super::region::Region;
+use super::super::tetra::{Between, Crossings, Kind, TetraTriangles};
 use super::super::vertices::{Instructions, LayerEdges, LayerSlots, Placing, Plane, Slots};
 use super::prefetch;
 use crate::mesh::Position;
@@ -27,12 +28,12 @@ macro_rules! key {
             pub(in super::super) fn fill(
                 samples: &[$key],
                 threshold: Threshold<$key>,
-                open: bool,
+                region: Region,
                 out: &mut BitPlane,
             ) {
                 let ($flip, $at) = ($set(threshold.flip), $set(threshold.at));
                 let $flip: __m256i = must_cast($flip);
-                out.fill_with(samples, open, |chunk| {
+                out.fill_with(samples, region, |chunk| {
                     prefetch(chunk);
                     let parts: [[__m256i; $n]; 64 / (32 / size_of::<$key>()) / $n] =
                         must_cast(*chunk);
@@ -105,7 +106,7 @@ pub(super) fn fill_layer(
     counts: &Counts,
     planes: [&BitPlane; 2],
     dims: (usize, usize),
-    cells: &Cells,
+    cells: Cells,
     out: &mut Layer,
 ) {
     let words = planes[0].row_words();
@@ -214,7 +215,7 @@ fn with_normals<T: Sample>(
 /// Tetrahedra: the plain code, with the instructions for single bits.
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt,lzcnt")]
 pub(super) fn count_diagonals(
-    region: &Region,
+    region: Region,
     kind: Kind,
     [low, high]: [&BitPlane; 2],
     out: &mut Crossings,

@@ -12,6 +12,7 @@ use super::super::layer::{
     ActiveWord, CASE_SLACK, Cells, Counts, FourRows, Layer, RowCells, RowMask, RowOut, UNSETTLED,
     UnsettledCell,
 };
+use super::super::region::Region;
 use super::super::tetra::TetraTriangles;
 use super::prefetch;
 
@@ -26,12 +27,12 @@ macro_rules! key {
             pub(in super::super) fn fill(
                 samples: &[$key],
                 threshold: Threshold<$key>,
-                open: bool,
+                region: Region,
                 out: &mut BitPlane,
             ) {
                 let ($flip, $at) = ($set(threshold.flip), $set(threshold.at));
                 let $flip: __m512i = must_cast($flip);
-                out.fill_with(samples, open, |chunk| {
+                out.fill_with(samples, region, |chunk| {
                     prefetch(chunk);
                     let parts: [__m512i; size_of::<$key>()] = must_cast(*chunk);
                     let bits = 64 / parts.len();
@@ -70,7 +71,7 @@ pub(super) fn fill_layer(
     counts: &Counts,
     planes: [&BitPlane; 2],
     dims: (usize, usize),
-    cells: &Cells,
+    cells: Cells,
     out: &mut Layer,
 ) {
     let words = planes[0].row_words();

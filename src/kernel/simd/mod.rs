@@ -30,6 +30,7 @@ use super::family::Family;
 use super::gather::Gathered;
 use super::key::Threshold;
 use super::layer::{Cells, Counts, Layer, row_cells};
+use super::region::Region;
 use super::vertices::{Instructions, LayerEdges, LayerSlots, Placing, Plane, Slots};
 use crate::mesh::Position;
 use crate::volume::Sample;
@@ -65,16 +66,16 @@ macro_rules! keys {
                 cpu: Detected,
                 samples: &[$key],
                 threshold: Threshold<$key>,
-                open: bool,
+                region: Region,
                 out: &mut BitPlane,
             ) {
                 dispatch!(
                     cpu,
-                    out.fill_with(samples, open, |chunk| threshold.word(chunk)),
+                    out.fill_with(samples, region, |chunk| threshold.word(chunk)),
                     // SAFETY: every x86-64 processor has SSE2.
-                    unsafe { sse2::$key::fill(samples, threshold, open, out) },
-                    avx2::$key::fill(samples, threshold, open, out),
-                    avx512::$key::fill(samples, threshold, open, out)
+                    unsafe { sse2::$key::fill(samples, threshold, region, out) },
+                    avx2::$key::fill(samples, threshold, region, out),
+                    avx512::$key::fill(samples, threshold, region, out)
                 );
             }
         }
@@ -117,7 +118,7 @@ pub(super) fn fill_layer(
     counts: &Counts,
     planes: [&BitPlane; 2],
     dims: (usize, usize),
-    cells: &Cells,
+    cells: Cells,
     out: &mut Layer,
 ) {
     let words = planes[0].row_words();

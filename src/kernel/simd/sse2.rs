@@ -7,6 +7,7 @@ use bytemuck::must_cast;
 
 use super::super::bits::BitPlane;
 use super::super::key::Threshold;
+use super::super::region::Region;
 use super::prefetch;
 
 macro_rules! key {
@@ -18,12 +19,12 @@ macro_rules! key {
             pub(in super::super) fn fill(
                 samples: &[$key],
                 threshold: Threshold<$key>,
-                open: bool,
+                region: Region,
                 out: &mut BitPlane,
             ) {
                 let ($flip, $at) = ($set(threshold.flip), $set(threshold.at));
                 let $flip: __m128i = must_cast($flip);
-                out.fill_with(samples, open, |chunk| {
+                out.fill_with(samples, region, |chunk| {
                     prefetch(chunk);
                     let parts: [[__m128i; $n]; 64 / (16 / size_of::<$key>()) / $n] =
                         must_cast(*chunk);

@@ -2,7 +2,8 @@
 
 use super::super::bits::BitPlane;
 use super::super::cpu::{Cpu, Detected};
-use super::super::tetra::{Between, Crossings, Kind, Region, TetraTriangles};
+use super::super::region::Region;
+use super::super::tetra::{Between, Crossings, Kind, TetraTriangles};
 use super::super::vertices::Placing;
 #[cfg(target_arch = "x86_64")]
 use super::{avx2, avx512};
@@ -12,7 +13,7 @@ use crate::volume::Sample;
 /// Counts the crossed diagonals of a kind.
 pub(in super::super) fn count(
     cpu: Detected,
-    region: &Region,
+    region: Region,
     kind: Kind,
     [low, high]: [&BitPlane; 2],
     out: &mut Crossings,

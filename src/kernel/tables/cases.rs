@@ -39,6 +39,14 @@ pub struct Row {
     pub(in crate::kernel) tunnels: [u16; 2],
 }
 
+impl Row {
+    /// The triangles, three local ids each.
+    pub fn triangles(&self) -> impl Iterator<Item = [u8; 3]> {
+        let (triangles, _) = self.ids.as_flattened().as_chunks::<3>();
+        triangles.iter().take(self.n_triangles.into()).copied()
+    }
+}
+
 /// The tables for one winding.
 pub struct Tables {
     /// How many triangles a case has; 0 where the case leaves the cell unsettled.

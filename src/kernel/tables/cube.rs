@@ -75,6 +75,13 @@ pub const fn is_crossed(case: u8, edge: usize) -> bool {
     (case >> a ^ case >> b) & 1 == 1
 }
 
+/// The point on an edge a part `t` of the way from its lower corner, in the cell's own coordinates.
+pub fn edge_point(edge: usize, t: f64) -> [f64; 3] {
+    let mut point = corner_at(edge_corners(edge)[0]).map(|x| x as f64);
+    point[edge_axis(edge)] = t;
+    point
+}
+
 /// Whether a face's inside corners are two, on one diagonal.
 pub const fn is_ambiguous(case: u8, face: usize) -> bool {
     let [a, b, c, d] = face_corners(face);

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::super::bits::BitPlane;
+use super::super::region::Region;
 
 /// Diagonals of one kind: where the upper end lies from the lower one, seen along z.
 #[derive(Clone, Copy, Debug)]
@@ -23,41 +24,19 @@ impl Kind {
     pub(super) const XZ: Self = Self { dx: 1, dy: 0 };
     /// Those between two planes along a column.
     pub(super) const YZ: Self = Self { dx: 0, dy: 1 };
-}
 
-/// Where diagonals may be crossed: everywhere, or only between samples.
-#[derive(Clone, Copy, Debug)]
-pub(in super::super) struct Region {
-    pub(super) dims: (usize, usize),
-    pub(super) open: bool,
-}
-
-impl Region {
     /// The rows of upper ends, counted as those of bit planes are.
-    pub(super) fn rows(&self, kind: Kind) -> Range<usize> {
-        let ny = self.dims.1;
-        match (kind.dy, self.open) {
-            (0, _) => 1..ny + 1,
-            (_, false) => 1..ny + 2,
-            (_, true) => 2..ny + 1,
-        }
+    pub(super) fn rows(self, region: Region) -> Range<usize> {
+        if self.dy == 0 { 1..region.dims.1 + 1 } else { region.rows() }
     }
 
     /// The crossed diagonals whose upper ends stand at word `w` of row `q`.
     #[inline(always)]
-    pub(super) fn crossed(&self, kind: Kind, low: &[u64], high: &[u64], w: usize) -> u64 {
-        let upper = high[w + 1];
-        if kind.dx == 0 {
-            return low[w + 1] ^ upper;
+    pub(super) fn crossed(self, region: Region, low: &[u64], high: &[u64], w: usize) -> u64 {
+        if self.dx == 0 {
+            return low[w + 1] ^ high[w + 1];
         }
-        let crossed = (low[w + 1] << 1 | low[w] >> 63) ^ upper;
-        if !self.open {
-            return crossed;
-        }
-        let nx = self.dims.0;
-        let first = if w == 0 { !1 } else { !0 };
-        let last = if w == nx / 64 { (1 << (nx % 64)) - 1 } else { !0 };
-        crossed & first & last
+        ((low[w + 1] << 1 | low[w] >> 63) ^ high[w + 1]) & region.columns(w)
     }
 }
 
@@ -96,14 +75,14 @@ impl Crossings {
     #[inline(always)]
     pub(in super::super) fn fill_with(
         &mut self,
-        region: &Region,
+        region: Region,
         kind: Kind,
         low: &BitPlane,
         high: &BitPlane,
     ) {
         let ny = region.dims.1;
         let words = high.row_words();
-        let rows = region.rows(kind);
+        let rows = kind.rows(region);
         self.before.resize(ny + 3, 0);
         let mut n = 0;
         for q in 1..=ny + 1 {
@@ -113,7 +92,7 @@ impl Crossings {
             }
             let (low, high) = (&low.row(q - kind.dy)[..=words], &high.row(q)[..=words]);
             for w in 0..words {
-                n += region.crossed(kind, low, high, w).count_ones();
+                n += kind.crossed(region, low, high, w).count_ones();
             }
         }
         self.before[ny + 2] = n;

@@ -10,7 +10,7 @@ mod normals;
 mod tables;
 mod vertices;
 
-pub(super) use edges::{Crossings, Diagonals, Kind, Region};
+pub(super) use edges::{Crossings, Diagonals, Kind};
 pub(super) use emit::TetraTriangles;
 pub use tables::{N_TETRA_EDGES, TetraTables, edge_ends};
 pub(super) use vertices::Between;
@@ -24,14 +24,10 @@ use crate::geom::vec3::{Vec3, add};
 use crate::mesh::Position;
 
 impl<T: Classify> Kernel<T> {
-    fn region(&self) -> Region {
-        Region { dims: self.placing.dims, open: self.placing.open }
-    }
-
     /// Counts the crossed diagonals of a plane.
     pub(super) fn count_plane_diagonals(&self, bits: &mut Bits) {
         let Bits(plane, diagonals) = bits;
-        simd::tetra::count(self.cpu, &self.region(), Kind::XY, [plane, plane], diagonals);
+        simd::tetra::count(self.cpu, self.placing.region, Kind::XY, [plane, plane], diagonals);
     }
 
     /// Counts the crossed diagonals of layer `s`, between two planes.
@@ -40,11 +36,11 @@ impl<T: Classify> Kernel<T> {
         let kinds = [(Kind::XZ, xz), (Kind::YZ, yz), (Kind::XY, body)];
         let in_border = s == 0 || s == self.dims.nz();
         for (kind, crossings) in kinds {
-            if self.placing.open && in_border {
-                crossings.clear(self.placing.dims.1);
-            } else {
+            if self.placing.region.has_layer(in_border) {
                 let planes = planes.map(|bits| &bits.0);
-                simd::tetra::count(self.cpu, &self.region(), kind, planes, crossings);
+                simd::tetra::count(self.cpu, self.placing.region, kind, planes, crossings);
+            } else {
+                crossings.clear(self.placing.dims.1);
             }
         }
     }
@@ -132,7 +128,7 @@ impl<T: Classify> Kernel<T> {
             layer: &layer.cells,
             diagonals: &layer.diagonals,
             first,
-            open: self.placing.open,
+            open: self.placing.region.open,
         };
         simd::tetra::emit(self.cpu, &job, out);
     }

@@ -2,8 +2,8 @@
 
 use super::super::normal::Surroundings;
 use super::super::vertices::Placing;
-use super::edges::{Kind, Region};
-use super::vertices::{Between, for_each_bit};
+use super::edges::Kind;
+use super::vertices::Between;
 use crate::geom::vec3::Vec3;
 use crate::mesh::Normal;
 use crate::volume::Sample;
@@ -19,28 +19,19 @@ impl<T: Sample> Between<'_, T> {
         let within = if self.dz == 0 { &around.plane } else { &around.between };
         let mut out = out.iter_mut();
         let Kind { dx, dy } = self.kind;
-        let region = Region { dims: placing.dims, open: placing.open };
-        let [low, high] = self.planes.map(|plane| plane.bits);
-        let words = high.row_words();
-        for q in region.rows(self.kind) {
-            if self.crossings.before(q) == self.crossings.before(q + 1) {
-                continue;
-            }
-            let (low, high) = (&low.row(q - dy)[..=words], &high.row(q)[..=words]);
-            for w in 0..words {
-                for_each_bit(region.crossed(self.kind, low, high, w), w * 64, |c| {
-                    let beyond = self.beyond(placing.dims, c, q - 1);
-                    let normal = match within {
-                        Some(within) if beyond == [0.0; 3] => {
-                            within.on_edge([c - dx, q - 1 - dy, 1], [c, q - 1, 1 + self.dz])
-                        }
-                        _ => around.cap(beyond),
-                    };
-                    if let Some(slot) = out.next() {
-                        *slot = normal;
+        for (q, crossed) in self.crossed_rows(placing.region) {
+            crossed.for_each(|c| {
+                let beyond = self.beyond(placing.dims, c, q - 1);
+                let normal = match within {
+                    Some(within) if beyond == [0.0; 3] => {
+                        within.on_edge([c - dx, q - 1 - dy, 1], [c, q - 1, 1 + self.dz])
                     }
-                });
-            }
+                    _ => around.cap(beyond),
+                };
+                if let Some(slot) = out.next() {
+                    *slot = normal;
+                }
+            });
         }
     }
 

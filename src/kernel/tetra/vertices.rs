@@ -1,8 +1,9 @@
 //! Vertices on diagonals: as on grid edges, from the lower sample to the upper one.
 
 use super::super::crossing;
+use super::super::region::Region;
 use super::super::vertices::{Placing, Plane};
-use super::edges::{Crossings, Kind, Region};
+use super::edges::{Crossings, Kind};
 use crate::geom::vec3::{Vec3, add, scale};
 use crate::mesh::Position;
 use crate::volume::Sample;
@@ -13,13 +14,26 @@ fn along(p: Vec3, v: Vec3, s: f64) -> Position {
     [(p[0] + s * v[0]) as f32, (p[1] + s * v[1]) as f32, (p[2] + s * v[2]) as f32]
 }
 
-/// Calls `f` with each set bit's number, rising.
-#[inline(always)]
-pub(super) fn for_each_bit(word: u64, first: usize, mut f: impl FnMut(usize)) {
-    let mut word = word;
-    while word != 0 {
-        f(first + word.trailing_zeros() as usize);
-        word &= word - 1;
+/// The crossed diagonals whose upper ends lie in one row.
+pub(super) struct CrossedRow<'a> {
+    region: Region,
+    kind: Kind,
+    /// The rows of bits of the lower and the upper ends.
+    low: &'a [u64],
+    high: &'a [u64],
+}
+
+impl CrossedRow<'_> {
+    /// Calls `f` with the place of each upper end in its row, rising.
+    #[inline(always)]
+    pub(super) fn for_each(&self, mut f: impl FnMut(usize)) {
+        for w in 0..self.high.len() - 1 {
+            let mut word = self.kind.crossed(self.region, self.low, self.high, w);
+            while word != 0 {
+                f(64 * w + word.trailing_zeros() as usize);
+                word &= word - 1;
+            }
+        }
     }
 }
 
@@ -37,6 +51,22 @@ pub(in super::super) struct Between<'a, T> {
 }
 
 impl<T: Sample> Between<'_, T> {
+    /// The rows of upper ends that have crossed diagonals, by their numbers.
+    #[inline(always)]
+    pub(super) fn crossed_rows(
+        &self,
+        region: Region,
+    ) -> impl Iterator<Item = (usize, CrossedRow<'_>)> {
+        let Self { kind, crossings, .. } = *self;
+        let [low, high] = self.planes.map(|plane| plane.bits);
+        let words = high.row_words();
+        let has_any = move |q: &usize| crossings.before(*q) != crossings.before(q + 1);
+        kind.rows(region).filter(has_any).map(move |q| {
+            let (low, high) = (&low.row(q - kind.dy)[..=words], &high.row(q)[..=words]);
+            (q, CrossedRow { region, kind, low, high })
+        })
+    }
+
     /// Makes the vertices, by (y, x) of the upper end.
     ///
     /// Inlined into one function an instruction set.
@@ -50,13 +80,7 @@ impl<T: Sample> Between<'_, T> {
         };
         let Kind { dx, dy } = self.kind;
         let (nx, ny) = placing.dims;
-        let region = Region { dims: placing.dims, open: placing.open };
-        let [low, high] = self.planes.map(|plane| plane.bits);
-        let words = high.row_words();
-        for q in region.rows(self.kind) {
-            if self.crossings.before(q) == self.crossings.before(q + 1) {
-                continue;
-            }
+        for (q, crossed) in self.crossed_rows(placing.region) {
             // Rows and columns before the first wrap round to where there is no sample.
             let row = |end: usize, r: usize| match self.planes[end].samples {
                 samples if r < ny => samples.get(r * nx..)?.get(..nx),
@@ -65,22 +89,19 @@ impl<T: Sample> Between<'_, T> {
             let (below, above) = (row(0, (q - 1).wrapping_sub(dy)), row(1, q - 1));
             let base =
                 add(self.planes[0].origin, scale(placing.step_j, q as f64 - 1.0 - dy as f64));
-            let (low, high) = (&low.row(q - dy)[..=words], &high.row(q)[..=words]);
-            for w in 0..words {
-                for_each_bit(region.crossed(self.kind, low, high, w), w * 64, |c| {
-                    let a = below.and_then(|row| row.get(c.wrapping_sub(dx)));
-                    let b = above.and_then(|row| row.get(c));
-                    let t = match (a, b) {
-                        (Some(a), Some(b)) => {
-                            crossing(a.to_f64(), b.to_f64(), placing.level, placing.epsilon)
-                        }
-                        (None, _) => 1.0 - placing.epsilon,
-                        (_, None) => placing.epsilon,
-                    };
-                    let from = add(base, scale(placing.step_i, c as f64 - dx as f64));
-                    put(along(from, self.step, t));
-                });
-            }
+            crossed.for_each(|c| {
+                let a = below.and_then(|row| row.get(c.wrapping_sub(dx)));
+                let b = above.and_then(|row| row.get(c));
+                let t = match (a, b) {
+                    (Some(a), Some(b)) => {
+                        crossing(a.to_f64(), b.to_f64(), placing.level, placing.epsilon)
+                    }
+                    (None, _) => 1.0 - placing.epsilon,
+                    (_, None) => placing.epsilon,
+                };
+                let from = add(base, scale(placing.step_i, c as f64 - dx as f64));
+                put(along(from, self.step, t));
+            });
         }
     }
 }

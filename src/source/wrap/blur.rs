@@ -9,10 +9,11 @@ use ndarray::ArrayViewMut2;
 
 use super::WrapError;
 use super::gaussian::{Blurred, Gaussian};
-use super::lend::{Either, Pool, plane, samples};
+use super::lend::{Pool, plane, samples};
 use super::valid::Valid;
 use crate::geom::Dims;
 use crate::limits::MAX_PLANE_BYTES;
+use crate::source::each::Either;
 use crate::source::{AnyPlanes, OrderedPlanes, Planes, PositionedPlanes, SourceError, Volume};
 use crate::volume::{Meta, Note, Sample};
 use crate::with_planes;

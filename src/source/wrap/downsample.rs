@@ -5,9 +5,10 @@ use std::ops::{Add, AddAssign};
 use ndarray::ArrayViewMut2;
 
 use super::WrapError;
-use super::lend::{Either, Pool, plane, samples};
+use super::lend::{Pool, plane, samples};
 use super::valid::Valid;
 use crate::geom::Dims;
+use crate::source::each::Either;
 use crate::source::{AnyPlanes, OrderedPlanes, Planes, PositionedPlanes, SourceError, Volume};
 use crate::volume::{Meta, Note, Sample, StoredType};
 use crate::with_planes;

@@ -1,13 +1,13 @@
-//! What the steps share: planes had one way or the other, buffers that come back, a step from one
-//! plane to one plane.
+//! What the steps share: buffers that come back, a step from one plane to one plane.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
-use ndarray::{ArrayView3, ArrayViewMut2, Axis};
+use ndarray::ArrayViewMut2;
 
 use crate::error::Kind;
 use crate::geom::Dims;
+use crate::source::each::Either;
 use crate::source::{OrderedPlanes, Planes, PositionedPlanes, SourceError, buffer};
 use crate::volume::{Note, Sample};
 
@@ -81,35 +81,6 @@ impl<T> Drop for Lent<'_, T> {
     fn drop(&mut self) {
         let buffer = std::mem::take(&mut self.buffer);
         self.pool.free.lock().unwrap_or_else(PoisonError::into_inner).push(buffer);
-    }
-}
-
-/// Planes in memory, copied out one by one.
-struct Array<'a, T>(ArrayView3<'a, T>);
-
-impl<T: Sample> PositionedPlanes<T> for Array<'_, T> {
-    fn read_plane(&self, k: usize, mut out: ArrayViewMut2<'_, T>) -> Result<(), SourceError> {
-        if k >= self.0.len_of(Axis(0)) || out.shape() != &self.0.shape()[1..] {
-            return Err(internal("a plane that the array does not have"));
-        }
-        out.assign(&self.0.index_axis(Axis(0), k));
-        Ok(())
-    }
-}
-
-/// The planes by the two ways there are; those in memory can be had in any order.
-pub(super) enum Either<'a, T> {
-    Ordered(Box<dyn OrderedPlanes<T> + 'a>),
-    Positioned(Box<dyn PositionedPlanes<T> + 'a>),
-}
-
-impl<'a, T: Sample> From<Planes<'a, T>> for Either<'a, T> {
-    fn from(planes: Planes<'a, T>) -> Self {
-        match planes {
-            Planes::Ordered(inner) => Self::Ordered(inner),
-            Planes::Positioned(inner) => Self::Positioned(inner),
-            Planes::Resident(view) => Self::Positioned(Box::new(Array(view))),
-        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! Label maps: samples that are in or out, by the stored values that are named.
 
+use std::ops::ControlFlow;
+
 use super::WrapError;
-use super::lend::{Either, Pool, map_planes, plane};
+use super::lend::map_planes;
 use super::valid::Valid;
 use crate::cancel::Cancel;
-use crate::geom::Dims;
-use crate::source::survey::go_on;
+use crate::source::each::each_plane;
 use crate::source::{AnyPlanes, Planes, SourceError, Volume};
 use crate::volume::{Meta, Rescale, Sample, StoredType};
 use crate::with_planes;
@@ -93,42 +94,21 @@ fn look<T: Sample>(
     meta: &Meta,
     cancel: &Cancel,
 ) -> Result<Option<f64>, SourceError> {
-    let dims = meta.grid.dims;
     let valid = Valid::<T>::new(meta);
-    let pool = Pool::new(dims.plane_len());
-    let mut buffer = pool.lend()?;
-    let mut planes = Either::from(planes);
-    let mut seen: Vec<T> = Vec::with_capacity(2);
-    for k in 0..dims.nz() {
-        go_on(cancel)?;
-        read(&mut planes, k, dims, &mut buffer)?;
-        for &x in buffer.iter() {
+    let mut seen: Vec<T> = Vec::with_capacity(3);
+    each_plane(planes, meta.grid.dims, cancel, |samples| {
+        for &x in samples {
             if !seen.contains(&x) && valid.holds(x) {
-                if seen.len() == 2 {
-                    return Ok(None);
-                }
                 seen.push(x);
+                if seen.len() > 2 {
+                    return ControlFlow::Break(());
+                }
             }
         }
-    }
-    if let Either::Ordered(inner) = &mut planes {
-        inner.finish()?;
-    }
+        ControlFlow::Continue(())
+    })?;
     let real = |x: &T| meta.rescale.real(x.to_f64());
     let [a, b] = seen.as_slice() else { return Ok(None) };
     let (low, high) = (real(a).min(real(b)), real(a).max(real(b)));
     Ok((low == 0.0 && high.is_finite()).then_some(high / 2.0))
-}
-
-fn read<T: Sample>(
-    planes: &mut Either<'_, T>,
-    k: usize,
-    dims: Dims,
-    buffer: &mut [T],
-) -> Result<(), SourceError> {
-    let out = plane(buffer, dims.nx())?;
-    match planes {
-        Either::Ordered(inner) => inner.next_plane(out),
-        Either::Positioned(inner) => inner.read_plane(k, out),
-    }
 }
