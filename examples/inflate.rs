@@ -1,5 +1,5 @@
-//! Inflates a gzip file as mcubes does and throws the bytes away: what `benches/peers` measures
-//! meshing against.
+//! Inflates a gzip file with the library that mcubes uses and throws the bytes away: what
+//! `benches/peers` measures meshing against.
 //!
 //! ```text
 //! inflate FILE.gz

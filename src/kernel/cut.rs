@@ -15,7 +15,7 @@ pub enum Side {
 /// The stored values that are inside: all those on one side of a stored value, it included. NaN
 /// never is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cut<T> {
+pub(super) enum Cut<T> {
     /// x ≥ the value.
     From(T),
     /// x ≤ the value.
@@ -28,7 +28,7 @@ impl<T: Sample> Cut<T> {
     /// Finds the cut by bisection over all values of the type in order, so that for each of them it
     /// says just what the rescaled value in `f64`, compared with `iso`, says. Rounding is monotone,
     /// so there is one step; a negative slope turns it round.
-    pub fn new(rescale: Rescale, iso: f64, side: Side) -> Self {
+    pub(super) fn new(rescale: Rescale, iso: f64, side: Side) -> Self {
         let inside = |ordinal: i64| {
             let real = rescale.real(T::from_ordinal(ordinal).to_f64());
             match side {

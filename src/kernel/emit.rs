@@ -9,6 +9,13 @@
 //!       8  9   Z edges of row r - 1, left and right;  10 11  of row r
 //!       12..15 vertices in the cell: three walls, 15 the centre
 //! ```
+//!
+//! Say the next vertices along a row have the ids 40 (X edges of row A), 70 (Y edges of the plane
+//! before) and 90 (Z edges of row r - 1), and a cell has only its corner 1 inside, so the case
+//! `0b0000_0010`: it crosses the X edge 0, the right-hand Y edge 6 and the right-hand Z edge 9. The
+//! running ids of those are 40, 70 and 90, and the tables make the triangle of them. Then each moves
+//! on by one, `crossed[case]`, and with 6 and 9 the left-hand 4 and 8: in the next cell they stand at
+//! 70 and 90, the vertices that are there on its left.
 
 use super::bits::BitPlane;
 use super::layer::Layer;
@@ -62,7 +69,8 @@ impl FirstIds {
         let mut y = [self.y_prev + prev.y_before(here), self.y_cur + cur.y_before(here)];
         let mut z = [self.z + layer.z_before(above), self.z + layer.z_before(here)];
         if open {
-            // The first cell's left edges are never some cell's right ones.
+            // The first cell between samples has left edges that were no cell's right ones: they are
+            // the first of the row, not the last before it.
             let first = |p: &BitPlane, q: usize| (p.row(q)[1] & 1) as u32;
             let (a, b) = (first(prev, above), first(prev, here));
             let (c, d) = (first(cur, above), first(cur, here));

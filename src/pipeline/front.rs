@@ -13,7 +13,8 @@ use crate::mesh::{Buffer, Normal, Position, Triangle};
 use crate::source::{Planes, SourceError};
 use crate::volume::Rescale;
 
-/// A mesh in memory.
+/// A mesh made in memory, in mappings of the system that nothing was copied into: a
+/// [`Mesh`](crate::mesh::Mesh) is one in vectors.
 #[derive(Debug)]
 pub struct Surface {
     /// Positions in the output space.

@@ -80,8 +80,8 @@ pub(super) struct Outcome {
     pub(super) notes: Vec<Note>,
 }
 
-/// One surface: its kernel, where it goes, and what is numbered so far.
-struct Surface<'a, T: Classify, O: Output<T>> {
+/// One surface on its way: its kernel, where it goes, and what is numbered so far.
+struct Track<'a, T: Classify, O: Output<T>> {
     kernel: Kernel<T>,
     output: &'a O,
     handover: Handover,
@@ -103,7 +103,7 @@ pub(super) fn run<T: Classify, O: Output<T>>(
         .into_iter()
         .map(|(kernel, output)| {
             let ledger = Sequence::new((Totals::default(), output.store()));
-            Surface { kernel, output: &*output, handover: Handover::new(threads), ledger }
+            Track { kernel, output: &*output, handover: Handover::new(threads), ledger }
         })
         .collect();
     let job = Job {
@@ -138,7 +138,7 @@ pub(super) fn run<T: Classify, O: Output<T>>(
 
 struct Job<'a, 's, T: Classify, O: Output<T>> {
     dispenser: Dispenser<'a, T>,
-    surfaces: &'s [Surface<'s, T, O>],
+    surfaces: &'s [Track<'s, T, O>],
     plane_len: usize,
     options: &'s RunOptions<'s>,
     stop: Stop,

@@ -104,8 +104,8 @@ impl SizeMismatch {
     /// where none is obvious.
     pub fn suggestion(&self) -> Option<String> {
         let [nx, ny, nz] = self.dims;
-        let row_plane = nx.checked_mul(ny)?;
-        let n_samples = row_plane.checked_mul(nz)?;
+        let plane_len = nx.checked_mul(ny)?;
+        let n_samples = plane_len.checked_mul(nz)?;
         let data = self.found.checked_sub(self.offset)?;
         let whole = |by: u64| (data > 0 && by > 0 && data.is_multiple_of(by)).then(|| data / by);
         if let Some(size) = whole(n_samples) {
@@ -115,7 +115,7 @@ impl SizeMismatch {
                 return Some(format!("--type {} would fit", names.join(" or ")));
             }
         }
-        if let Some(planes) = whole(row_plane.checked_mul(self.stored.size() as u64)?) {
+        if let Some(planes) = whole(plane_len.checked_mul(self.stored.size() as u64)?) {
             return Some(format!("--dims {nx}x{ny}x{planes} would fit"));
         }
         let surplus = self.found.checked_sub(self.expected).filter(|&n| n > 0)?;

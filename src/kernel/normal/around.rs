@@ -89,30 +89,35 @@ impl<T: Sample> Around<'_, T> {
     fn gather<const AXIS: usize>(&self, places: &[usize], star: &mut Star<[T; BATCH]>) {
         let nx = self.dims.0;
         let [before, plane, after, beyond] = self.planes;
-        let [a, b, c, d, e, f, g, h, p, q, r, s] = star;
+        let Star { a, b, outer: [outer_a, outer_b], first, second } = star;
+        let ([[a1, a2], [b1, b2]], [[a3, a4], [b3, b4]]) = (first, second);
         let each = || places.iter().copied().take(BATCH).enumerate();
         match AXIS {
             0 => {
-                each().for_each(|(l, place)| [q[l], s[l]] = run(after, place));
-                each().for_each(|(l, place)| [p[l], r[l]] = run(before, place));
-                each().for_each(|(l, place)| [c[l], a[l], b[l], d[l]] = run(plane, place - 1));
-                each().for_each(|(l, place)| [e[l], g[l]] = run(plane, place - nx));
-                each().for_each(|(l, place)| [f[l], h[l]] = run(plane, place + nx));
+                each().for_each(|(l, at)| [a4[l], b4[l]] = run(after, at));
+                each().for_each(|(l, at)| [a3[l], b3[l]] = run(before, at));
+                each().for_each(|(l, at)| {
+                    [outer_a[l], a[l], b[l], outer_b[l]] = run(plane, at - 1);
+                });
+                each().for_each(|(l, at)| [a1[l], b1[l]] = run(plane, at - nx));
+                each().for_each(|(l, at)| [a2[l], b2[l]] = run(plane, at + nx));
             }
             1 => {
-                each().for_each(|(l, at)| [q[l], s[l]] = [after[at], after[at + nx]]);
-                each().for_each(|(l, at)| [p[l], r[l]] = [before[at], before[at + nx]]);
-                each().for_each(|(l, at)| [e[l], a[l], f[l]] = run(plane, at - 1));
-                each().for_each(|(l, at)| [g[l], b[l], h[l]] = run(plane, at + nx - 1));
-                each().for_each(|(l, at)| [c[l], d[l]] = [plane[at - nx], plane[at + 2 * nx]]);
+                each().for_each(|(l, at)| [a4[l], b4[l]] = [after[at], after[at + nx]]);
+                each().for_each(|(l, at)| [a3[l], b3[l]] = [before[at], before[at + nx]]);
+                each().for_each(|(l, at)| [a1[l], a[l], a2[l]] = run(plane, at - 1));
+                each().for_each(|(l, at)| [b1[l], b[l], b2[l]] = run(plane, at + nx - 1));
+                each().for_each(|(l, at)| {
+                    [outer_a[l], outer_b[l]] = [plane[at - nx], plane[at + 2 * nx]];
+                });
             }
             _ => {
-                each().for_each(|(l, at)| d[l] = beyond[at]);
-                each().for_each(|(l, at)| c[l] = before[at]);
-                each().for_each(|(l, at)| [g[l], b[l], h[l]] = run(after, at - 1));
-                each().for_each(|(l, at)| [r[l], s[l]] = [after[at - nx], after[at + nx]]);
-                each().for_each(|(l, at)| [e[l], a[l], f[l]] = run(plane, at - 1));
-                each().for_each(|(l, at)| [p[l], q[l]] = [plane[at - nx], plane[at + nx]]);
+                each().for_each(|(l, at)| outer_b[l] = beyond[at]);
+                each().for_each(|(l, at)| outer_a[l] = before[at]);
+                each().for_each(|(l, at)| [b1[l], b[l], b2[l]] = run(after, at - 1));
+                each().for_each(|(l, at)| [b3[l], b4[l]] = [after[at - nx], after[at + nx]]);
+                each().for_each(|(l, at)| [a1[l], a[l], a2[l]] = run(plane, at - 1));
+                each().for_each(|(l, at)| [a3[l], a4[l]] = [plane[at - nx], plane[at + nx]]);
             }
         }
     }

@@ -10,14 +10,18 @@ use crate::volume::Sample;
 /// Edges worked on side by side.
 pub(super) const BATCH: usize = 64;
 
-/// The samples of an edge from `a` to `b` and those around it.
-///
-/// ```text
-/// 0 a   1 b   2 before a along the edge   3 after b
-/// 4 5   a's neighbours along the first other axis, before and after;   6 7   b's
-/// 8 9   a's neighbours along the second other axis;   10 11   b's
-/// ```
-pub(super) type Star<S> = [S; 12];
+/// The samples of an edge from `a` to `b`, and those around it.
+#[derive(Clone, Copy)]
+pub(in crate::kernel) struct Star<S> {
+    pub(in crate::kernel) a: S,
+    pub(in crate::kernel) b: S,
+    /// Along the edge: the one before a, and the one after b.
+    pub(in crate::kernel) outer: [S; 2],
+    /// Along the first other axis: the one before and the one after a, then those of b.
+    pub(in crate::kernel) first: [[S; 2]; 2],
+    /// The same along the second other axis.
+    pub(in crate::kernel) second: [[S; 2]; 2],
+}
 
 /// A gradient leads against its edge where it leans back by more than this: the square of the
 /// cotangent of 14 degrees.
@@ -61,9 +65,15 @@ fn mix(t: f32, a: f32, b: f32) -> f32 {
 
 impl<T: Sample> Batch<T> {
     pub(super) fn new() -> Self {
-        let none = [0.0; BATCH];
+        let (none, no_samples) = ([0.0; BATCH], [T::default(); BATCH]);
         Self {
-            samples: [[T::default(); BATCH]; 12],
+            samples: Star {
+                a: no_samples,
+                b: no_samples,
+                outer: [no_samples; 2],
+                first: [[no_samples; 2]; 2],
+                second: [[no_samples; 2]; 2],
+            },
             t: none,
             rise: none,
             along: none,
@@ -105,7 +115,7 @@ impl<T: Sample> Batch<T> {
     /// t and the rise along each edge.
     #[inline(always)]
     fn crossings(&mut self, with: &Making) {
-        let [a, b, ..] = &self.samples;
+        let Star { a, b, .. } = &self.samples;
         for l in 0..BATCH {
             self.rise[l] = b[l].minus(a[l]);
             let (a, b) = (a[l].to_f64(), b[l].to_f64());
@@ -115,15 +125,18 @@ impl<T: Sample> Batch<T> {
 
     #[inline(always)]
     fn slopes<const AXIS: usize>(&mut self, with: &Making) {
-        let [a, b, before, after, p, q, r, s, v, w, x, y] = &self.samples;
+        let Star { a, b, outer, first, second } = &self.samples;
+        let [before, after] = outer;
         let central = |low: T, high: T| 0.5 * high.minus(low);
         let [low, high] = with.across.map(|across| across.weights.map(|x| x as f32));
         for l in 0..BATCH {
-            self.first[l] = mix(self.t[l], central(p[l], q[l]), central(r[l], s[l]));
+            let [at_a, at_b] = first.each_ref().map(|[low, high]| central(low[l], high[l]));
+            self.first[l] = mix(self.t[l], at_a, at_b);
         }
         if AXIS == 2 {
             for l in 0..BATCH {
-                self.second[l] = mix(self.t[l], central(v[l], w[l]), central(x[l], y[l]));
+                let [at_a, at_b] = second.each_ref().map(|[low, high]| central(low[l], high[l]));
+                self.second[l] = mix(self.t[l], at_a, at_b);
             }
             for l in 0..BATCH {
                 let rise = self.rise[l];
@@ -134,15 +147,17 @@ impl<T: Sample> Batch<T> {
             let [low, high] = with.across.map(|across| across.lean.map(|x| x as f32));
             if low != [0.0; 2] || high != [0.0; 2] {
                 for l in 0..BATCH {
-                    let low = low[0] * central(p[l], q[l]) + low[1] * central(v[l], w[l]);
-                    let high = high[0] * central(r[l], s[l]) + high[1] * central(x[l], y[l]);
+                    let slope = |[low, high]: &[[T; BATCH]; 2]| central(low[l], high[l]);
+                    let low = low[0] * slope(&first[0]) + low[1] * slope(&second[0]);
+                    let high = high[0] * slope(&first[1]) + high[1] * slope(&second[1]);
                     self.along[l] -= mix(self.t[l], low, high);
                 }
             }
         } else {
             for l in 0..BATCH {
-                let low = low[0] * a[l].minus(v[l]) + low[1] * w[l].minus(a[l]);
-                let high = high[0] * b[l].minus(x[l]) + high[1] * y[l].minus(b[l]);
+                let [[a_low, a_high], [b_low, b_high]] = second;
+                let low = low[0] * a[l].minus(a_low[l]) + low[1] * a_high[l].minus(a[l]);
+                let high = high[0] * b[l].minus(b_low[l]) + high[1] * b_high[l].minus(b[l]);
                 self.second[l] = mix(self.t[l], low, high);
             }
             for l in 0..BATCH {

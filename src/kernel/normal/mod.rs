@@ -16,7 +16,7 @@ mod batch;
 mod frame;
 
 pub(super) use around::{Around, Within};
-pub(super) use batch::{AGAINST, LEAST_SQUARE, MOST_SQUARE, Making};
+pub(super) use batch::{AGAINST, LEAST_SQUARE, MOST_SQUARE, Making, Star};
 use frame::{Across, Frame};
 
 use super::decide::gradient;

@@ -11,7 +11,7 @@ use bytemuck::must_cast;
 use super::super::family::Family;
 use super::super::gather::{Gathered, LANES};
 use super::super::normal::{
-    AGAINST, Around, LEAST_SQUARE, MOST_SQUARE, Making, Surroundings, Within,
+    AGAINST, Around, LEAST_SQUARE, MOST_SQUARE, Making, Star, Surroundings, Within,
 };
 use super::super::vertices::{Instructions, LayerEdges, LayerSlots, Slots};
 use super::samples512::{Samples, Values, joined};
@@ -82,7 +82,7 @@ fn along<T: Sample, const AXIS: usize>(
         let (slot, normal_slot) = slots.next().unwrap_or((&mut rest.0, &mut rest.1));
         let (c_lanes, r_lanes): (__m512i, __m512i) = (must_cast(*c), must_cast(*r));
         let star = gather::<T, AXIS>(planes, lanes.lower_ends(c_lanes, r_lanes), nx);
-        let t = lanes.crossings(star[0], star[1]);
+        let t = lanes.crossings(star.a, star.b);
         *slot = lanes.positions(t, c_lanes, r_lanes);
         let ([x, y, z], usual) = making.normals::<T, AXIS>(&star, joined(t));
         *normal_slot = both_interleaved(x, y, z);
@@ -118,39 +118,39 @@ fn both_interleaved(x: __m512, y: __m512, z: __m512) -> [Normal; LANES] {
     must_cast([lower, upper].map(|[x, y, z]| interleaved(x, y, z)))
 }
 
-/// The samples at the ends of edges and around them, ordered as in `normal::Star`.
+/// The samples at the ends of edges and around them.
 #[target_feature(enable = "avx512f,avx2")]
 #[inline]
 fn gather<T: Sample, const AXIS: usize>(
     [before, plane, after, beyond]: [Samples<'_, T>; 4],
     at: __m512i,
     nx: __m512i,
-) -> [Values<T>; 12] {
+) -> Star<Values<T>> {
     let one = _mm512_set1_epi32(1);
     let (left, up, down) =
         (_mm512_sub_epi32(at, one), _mm512_sub_epi32(at, nx), _mm512_add_epi32(at, nx));
     match AXIS {
         0 => {
-            let [c, a, b, d] = plane.fours_at(left);
-            let ([e, g], [f, h]) = (plane.pairs_at(up), plane.pairs_at(down));
-            let ([p, r], [q, s]) = (before.pairs_at(at), after.pairs_at(at));
-            [a, b, c, d, e, f, g, h, p, q, r, s]
+            let [outer_a, a, b, outer_b] = plane.fours_at(left);
+            let ([a1, b1], [a2, b2]) = (plane.pairs_at(up), plane.pairs_at(down));
+            let ([a3, b3], [a4, b4]) = (before.pairs_at(at), after.pairs_at(at));
+            let (first, second) = ([[a1, a2], [b1, b2]], [[a3, a4], [b3, b4]]);
+            Star { a, b, outer: [outer_a, outer_b], first, second }
         }
         1 => {
-            let [e, a, f, _] = plane.fours_at(left);
-            let [g, b, h, _] = plane.fours_at(_mm512_sub_epi32(down, one));
-            let (c, d) = (plane.at(up), plane.at(_mm512_add_epi32(down, nx)));
-            let (p, r) = (before.at(at), before.at(down));
-            let (q, s) = (after.at(at), after.at(down));
-            [a, b, c, d, e, f, g, h, p, q, r, s]
+            let [a1, a, a2, _] = plane.fours_at(left);
+            let [b1, b, b2, _] = plane.fours_at(_mm512_sub_epi32(down, one));
+            let outer = [plane.at(up), plane.at(_mm512_add_epi32(down, nx))];
+            let [a3, b3] = [before.at(at), before.at(down)];
+            let [a4, b4] = [after.at(at), after.at(down)];
+            Star { a, b, outer, first: [[a1, a2], [b1, b2]], second: [[a3, a4], [b3, b4]] }
         }
         _ => {
-            let [e, a, f, _] = plane.fours_at(left);
-            let [g, b, h, _] = after.fours_at(left);
-            let (c, d) = (before.at(at), beyond.at(at));
-            let (p, q) = (plane.at(up), plane.at(down));
-            let (r, s) = (after.at(up), after.at(down));
-            [a, b, c, d, e, f, g, h, p, q, r, s]
+            let [a1, a, a2, _] = plane.fours_at(left);
+            let [b1, b, b2, _] = after.fours_at(left);
+            let outer = [before.at(at), beyond.at(at)];
+            let second = [[plane.at(up), plane.at(down)], [after.at(up), after.at(down)]];
+            Star { a, b, outer, first: [[a1, a2], [b1, b2]], second }
         }
     }
 }
@@ -182,40 +182,43 @@ impl Factors {
     #[inline]
     fn normals<T: Sample, const AXIS: usize>(
         &self,
-        star: &[Values<T>; 12],
+        star: &Star<Values<T>>,
         t: __m512,
     ) -> ([__m512; 3], u16) {
-        let [a, b, before, after, p, q, r, s, v, w, x, y] = *star;
+        let Star { a, b, outer: [before, after], first, second } = *star;
         let set = |x: f32| _mm512_set1_ps(x);
         let mul = |a, b| _mm512_mul_ps(a, b);
         let add = |a, b| _mm512_add_ps(a, b);
         let rest = _mm512_sub_ps(set(1.0), t);
         let mix = |low, high| add(mul(rest, low), mul(t, high));
-        let central = |low: Values<T>, high: Values<T>| mul(set(0.5), high.minus(low));
+        let central = |[low, high]: [Values<T>; 2]| mul(set(0.5), high.minus(low));
         let [low, high] = self.weights;
         let rise = b.minus(a);
-        let first = mix(central(p, q), central(r, s));
-        let (along, second);
+        let slope_first = mix(central(first[0]), central(first[1]));
+        let (along, slope_second);
         if AXIS == 2 {
-            second = mix(central(v, w), central(x, y));
+            slope_second = mix(central(second[0]), central(second[1]));
             let l = add(mul(low[0], a.minus(before)), mul(low[1], rise));
             let h = add(mul(high[0], rise), mul(high[1], after.minus(b)));
             let straight = mix(l, h);
             along = match self.lean {
                 None => straight,
                 Some([low, high]) => {
-                    let l = add(mul(low[0], central(p, q)), mul(low[1], central(v, w)));
-                    let h = add(mul(high[0], central(r, s)), mul(high[1], central(x, y)));
+                    let slopes = |end: usize| [central(first[end]), central(second[end])];
+                    let ([p, q], [r, s]) = (slopes(0), slopes(1));
+                    let l = add(mul(low[0], p), mul(low[1], q));
+                    let h = add(mul(high[0], r), mul(high[1], s));
                     _mm512_sub_ps(straight, mix(l, h))
                 }
             };
         } else {
-            let l = add(mul(low[0], a.minus(v)), mul(low[1], w.minus(a)));
-            let h = add(mul(high[0], b.minus(x)), mul(high[1], y.minus(b)));
-            second = mix(l, h);
-            along = mix(central(before, b), central(a, after));
+            let [[a_low, a_high], [b_low, b_high]] = second;
+            let l = add(mul(low[0], a.minus(a_low)), mul(low[1], a_high.minus(a)));
+            let h = add(mul(high[0], b.minus(b_low)), mul(high[1], b_high.minus(b)));
+            slope_second = mix(l, h);
+            along = mix(central([before, b]), central([a, after]));
         }
-        self.turned::<AXIS>(rise, along, first, second)
+        self.turned::<AXIS>(rise, along, slope_first, slope_second)
     }
 
     /// Slopes turned into directions of length 1.
