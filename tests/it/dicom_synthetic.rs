@@ -215,7 +215,7 @@ fn a_scan_tells_how_far_it_is_and_stops_when_asked() {
 }
 
 #[test]
-#[ignore = "writes 525 MB; run by hand for the figures in docs/performance.md"]
+#[ignore = "writes 525 MB; tells how long listing and reading take, and how much memory"]
 fn a_thousand_slices_are_listed_without_reading_their_pixels() {
     let folder = TempDir::new().unwrap();
     let series = Series { cols: 512, rows: 512, ..Series::axial(1000) };
