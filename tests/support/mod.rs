@@ -8,6 +8,7 @@ pub mod random;
 pub(crate) mod dicom;
 pub(crate) mod ljpeg;
 pub mod manifold;
+#[cfg(target_os = "linux")]
 pub(crate) mod memory;
 pub mod oracle;
 pub mod sandbox;
