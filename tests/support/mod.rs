@@ -1,5 +1,4 @@
 //! What the integration tests share.
-#![allow(dead_code, unreachable_pub, reason = "not every module uses every helper yet")]
 
 pub mod expected;
 pub mod planes;
