@@ -12,6 +12,7 @@ mod cells;
 mod cli;
 mod cli_dicom;
 mod convergence;
+mod cpu;
 mod dicom;
 mod dicom_enhanced;
 mod dicom_hostile;
