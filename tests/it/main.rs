@@ -24,6 +24,7 @@ mod dicom_series;
 mod dicom_synthetic;
 mod dicom_values;
 mod jpegls;
+mod library;
 mod nifti;
 mod nifti_hostile;
 mod normals;
