@@ -11,6 +11,7 @@ mod batch;
 mod cells;
 mod cli;
 mod cli_dicom;
+mod containers;
 mod convergence;
 mod cpu;
 mod dicom;

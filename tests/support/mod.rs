@@ -9,6 +9,7 @@ pub(crate) mod ljpeg;
 pub mod manifold;
 #[cfg(target_os = "linux")]
 pub(crate) mod memory;
+pub(crate) mod nifti;
 pub mod oracle;
 pub mod sandbox;
 pub(crate) mod segments;
