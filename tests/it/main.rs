@@ -26,6 +26,8 @@ mod dicom_synthetic;
 mod dicom_values;
 mod jpegls;
 mod library;
+#[cfg(target_os = "linux")]
+mod memory;
 mod nifti;
 mod nifti_hostile;
 mod normals;
