@@ -24,6 +24,7 @@ mod dicom_segments;
 mod dicom_series;
 mod dicom_synthetic;
 mod dicom_values;
+mod invariance;
 mod jpegls;
 mod library;
 #[cfg(target_os = "linux")]
