@@ -18,6 +18,7 @@ use zip::write::SimpleFileOptions;
 
 use crate::dicom::values;
 use crate::support::dicom::{EXPLICIT, Elements, PIXELS, Series, file};
+#[cfg(target_os = "linux")]
 use crate::support::memory::{assert_peak_below, is_alone};
 use crate::support::repository;
 use crate::support::sandbox::{Sandbox, stderr};
@@ -82,6 +83,7 @@ fn frames_of_one_bit_each_are_refused_where_listing_them_takes_too_much() {
     assert!(said.contains("4000000 frames"), "{said}");
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn frames_are_refused_for_the_text_that_each_would_hold() {
     let test = "dicom_memory::frames_are_refused_for_the_text_that_each_would_hold";
@@ -152,6 +154,7 @@ fn archive(folder: &Path, zeros: usize, change: impl Fn(&mut Elements)) -> PathB
     path
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn what_follows_the_pixels_in_a_zip_entry_takes_no_memory() {
     if !is_alone("dicom_memory::what_follows_the_pixels_in_a_zip_entry_takes_no_memory") {

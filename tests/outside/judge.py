@@ -1,7 +1,7 @@
 """What the judges share: run mcubes, read a mesh as outsiders do, and look for every defect that the promise excludes.
 
 A judge makes a `Judge`, calls `expect` and `mesh` on it and ends with `finish`, whose exit status is 1 if anything failed, or
-if nothing was checked. What cannot be checked is named with `skip` and is never counted as passed.
+if nothing was checked.
 """
 
 import os
@@ -27,7 +27,7 @@ class Judge:
         self.folder_guard = tempfile.TemporaryDirectory(prefix=f"mcubes-{name}-")
         self.folder = Path(self.folder_guard.name)
         self.checked = self.meshes = self.triangles = self.merged = 0
-        self.failures, self.skipped = [], []
+        self.failures = []
 
     def expect(self, truth, what):
         """One statement that must be true."""
@@ -41,10 +41,6 @@ class Judge:
         """A number that must be within an absolute tolerance."""
         return self.expect(abs(found - wanted) <= tolerance, f"{what}: found {found:.9g}, expected {wanted:.9g} within {tolerance:.3g}")
 
-    def skip(self, what):
-        self.skipped.append(what)
-        print(f"  skipped: {what}", flush=True)
-
     def say(self, text):
         print(f"  {text}", flush=True)
 
@@ -55,7 +51,7 @@ class Judge:
         state = "FAILED" if self.failures else "passed"
         print(
             f"{self.name}: {state}; {self.checked} checks on {self.meshes} meshes with {self.triangles} triangles, "
-            f"{len(self.failures)} failed, {len(self.skipped)} skipped",
+            f"{len(self.failures)} failed",
             flush=True,
         )
         self.folder_guard.cleanup()

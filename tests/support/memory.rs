@@ -1,4 +1,5 @@
 //! Tests that measure memory run in a process of their own: others would be measured with them.
+//! They are tests of Linux alone, which tells the peak: what cannot measure does not pass.
 
 use std::process::Command;
 
@@ -19,12 +20,15 @@ pub(crate) fn is_alone(test: &str) -> bool {
     false
 }
 
-/// Holds the most memory that this process has had against a limit, where the system tells it.
+/// The most memory that this process has had, in KiB.
+pub(crate) fn peak_kib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    peak.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+/// Holds the most memory that this process has had against a limit.
 pub(crate) fn assert_peak_below(limit_mib: u64) {
-    if cfg!(target_os = "linux") {
-        let status = std::fs::read_to_string("/proc/self/status").unwrap();
-        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
-        let peak_kib: u64 = peak.trim().trim_end_matches(" kB").parse().unwrap();
-        assert!(peak_kib <= limit_mib << 10, "{} MiB, at most {limit_mib}", peak_kib >> 10);
-    }
+    let peak = peak_kib();
+    assert!(peak <= limit_mib << 10, "{} MiB, at most {limit_mib}", peak >> 10);
 }

@@ -1,5 +1,4 @@
 //! What the integration tests share.
-#![allow(dead_code, unreachable_pub, reason = "not every module uses every helper yet")]
 
 pub mod expected;
 pub mod planes;
@@ -8,7 +7,9 @@ pub mod random;
 pub(crate) mod dicom;
 pub(crate) mod ljpeg;
 pub mod manifold;
+#[cfg(target_os = "linux")]
 pub(crate) mod memory;
+pub(crate) mod nifti;
 pub mod oracle;
 pub mod sandbox;
 pub(crate) mod segments;
