@@ -38,7 +38,8 @@ pub(crate) fn memory(meta: &Meta, extract: &Extract, n_meshes: usize, threads: u
     let spooled = if extract.mesh.format == Format::Stl { 0 } else { SPOOL_BYTES as u64 };
     let spooled = spooled.min(pipeline::likely_triangles(meta.grid.dims).saturating_mul(8 * 13));
     let options = RunOptions { threads, ..RunOptions::default() };
-    pipeline::working_bytes(meta.grid.dims, sample, n_meshes, spooled, &options)
+    let method = extract.surface.method;
+    pipeline::working_bytes(meta.grid.dims, sample, method, n_meshes, spooled, &options)
         .saturating_add(steps.held_bytes(meta))
 }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::Method;
 use super::bits::BitPlane;
 use super::key::Bits;
 use super::layer::{ActiveWord, Layer, RowRun};
@@ -80,9 +81,12 @@ pub(super) struct LayerScratch {
 impl Scratch {
     /// Bytes for slabs of `n_layers` layers of planes of `nx` by `ny` samples, with room for the
     /// active cells of a body, and for the plane that is shared with another worker.
-    pub fn likely_bytes(nx: usize, ny: usize, n_layers: usize) -> u64 {
+    pub fn likely_bytes(nx: usize, ny: usize, n_layers: usize, method: Method) -> u64 {
         const CELLS_A_SAMPLE: u64 = 24;
-        let a_row = size_of::<RowRun>() + size_of::<ActiveWord>() + size_of::<u32>();
+        // One of the plane, and three between the planes.
+        let diagonals = if method == Method::Tetrahedra { 4 } else { 0 };
+        let a_row =
+            size_of::<RowRun>() + size_of::<ActiveWord>() + (1 + diagonals) * size_of::<u32>();
         let rows = (ny as u64 + 3).saturating_mul(a_row as u64);
         let planes = BitPlane::bytes(nx, ny).saturating_mul(n_layers as u64 + 2);
         let cells = (nx as u64).saturating_mul(ny as u64).saturating_mul(CELLS_A_SAMPLE);

@@ -16,7 +16,7 @@ use crate::sink::{Encoded, Encoder, Sink};
 pub(super) const PATCH_TRIANGLES: u64 = 128 << 10;
 
 /// Triangles encoded at once.
-const BATCH_TRIANGLES: usize = 128 << 10;
+pub(super) const BATCH_TRIANGLES: usize = 128 << 10;
 
 /// The sink of one surface, with the sums over what it was given.
 pub(super) struct Patches<'a> {
@@ -163,14 +163,20 @@ fn fill<T: Classify>(
     let n_ghosts = counted.kernel.n_ghosts(counted.slab, counted.scratch, part.start);
     patch.n_ghosts = n_ghosts;
     patch.first_id = first.wrapping_sub(n_ghosts as u32);
-    patch.vertices.resize(n_ghosts + totals.n_vertices as usize, [0.0; 3]);
-    patch.triangles.resize(totals.n_triangles as usize, [0; 3]);
+    resize(&mut patch.vertices, n_ghosts + totals.n_vertices as usize, [0.0; 3]);
+    resize(&mut patch.triangles, totals.n_triangles as usize, [0; 3]);
     let (ghosts, vertices) = patch.vertices.split_at_mut(n_ghosts);
     let normals = with_normals.then(|| {
-        patch.normals.resize(totals.n_vertices as usize, [0.0; 3]);
+        resize(&mut patch.normals, totals.n_vertices as usize, [0.0; 3]);
         &mut patch.normals[..]
     });
     let triangles = &mut patch.triangles;
     let out = PatchSlices { ghosts: Some(ghosts), vertices, normals, triangles };
     counted.kernel.fill(counted.slab, counted.scratch, part, first, out);
+}
+
+/// Makes room for just so many, since a layer may have millions of triangles.
+fn resize<T: Copy>(items: &mut Vec<T>, n: usize, filler: T) {
+    items.reserve_exact(n.saturating_sub(items.len()));
+    items.resize(n, filler);
 }

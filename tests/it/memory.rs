@@ -27,7 +27,7 @@ fn mesh(volume: Volume<'_>, surface: SurfaceOptions, options: &RunOptions<'_>) -
 fn mesh_within_bound(volume: Volume<'_>, surface: SurfaceOptions, threads: usize) -> (u64, u64) {
     let options = RunOptions { threads, ..RunOptions::default() };
     let (dims, sample) = (volume.meta.grid.dims, volume.meta.stored.size());
-    let bound = working_bytes(dims, sample, 1, 0, &options);
+    let bound = working_bytes(dims, sample, surface.method, 1, 0, &options);
     let before = peak_kib();
     let written = mesh(volume, surface, &options);
     let taken = (peak_kib() - before) << 10;
@@ -87,7 +87,7 @@ fn eight_times_the_planes_take_no_more_memory() {
 }
 
 /// Planes of one sample a row, whose bits take sixty times what the samples do.
-fn narrow(threads: usize) {
+fn narrow(threads: usize, method: Method) {
     let dims = [1, 100_000, 64];
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("narrow.raw");
@@ -99,19 +99,49 @@ fn narrow(threads: usize) {
     }
     let options = RawOptions::new(dims, StoredType::U8);
     let volume = open_raw(RawInput::Path(path), &options).unwrap();
-    mesh_within_bound(volume, SurfaceOptions::at(240.5), threads);
+    let surface = SurfaceOptions { method, ..SurfaceOptions::at(240.5) };
+    mesh_within_bound(volume, surface, threads);
 }
 
 #[test]
 fn a_narrow_volume_takes_no_more_than_it_is_said_to() {
     if is_alone("memory::a_narrow_volume_takes_no_more_than_it_is_said_to") {
-        narrow(2);
+        narrow(2, Method::Cubes);
     }
 }
 
 #[test]
 fn a_narrow_volume_on_one_thread_takes_no_more_than_it_is_said_to() {
     if is_alone("memory::a_narrow_volume_on_one_thread_takes_no_more_than_it_is_said_to") {
-        narrow(1);
+        narrow(1, Method::Cubes);
+    }
+}
+
+#[test]
+fn a_narrow_volume_of_tetrahedra_takes_no_more_than_it_is_said_to() {
+    if is_alone("memory::a_narrow_volume_of_tetrahedra_takes_no_more_than_it_is_said_to") {
+        narrow(2, Method::Tetrahedra);
+    }
+}
+
+/// A block that is inside throughout: its first and last layer have millions of triangles.
+fn block(threads: usize, method: Method) {
+    let dims = Dims::checked(1500, 1500, 4, 4).unwrap();
+    let volume = formula(dims, Affine::IDENTITY, |_, _, _| 1.0).unwrap();
+    let surface = SurfaceOptions { method, ..SurfaceOptions::at(0.5) };
+    mesh_within_bound(volume, surface, threads);
+}
+
+#[test]
+fn wide_flat_caps_take_no_more_than_they_are_said_to() {
+    if is_alone("memory::wide_flat_caps_take_no_more_than_they_are_said_to") {
+        block(1, Method::Cubes);
+    }
+}
+
+#[test]
+fn wide_flat_caps_of_tetrahedra_take_no_more_than_they_are_said_to() {
+    if is_alone("memory::wide_flat_caps_of_tetrahedra_take_no_more_than_they_are_said_to") {
+        block(1, Method::Tetrahedra);
     }
 }
