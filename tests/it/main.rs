@@ -13,6 +13,7 @@ mod cli;
 mod cli_dicom;
 mod convergence;
 mod dicom;
+mod dicom_careless;
 mod dicom_enhanced;
 mod dicom_hostile;
 mod dicom_memory;

@@ -1,7 +1,7 @@
 //! Where a file begins: preamble, file meta group, and how the data set after it is written.
 
 use super::blob::Stream;
-use super::element::{Encoding, append, defined_length, is_vr, read_element, skip};
+use super::element::{Encoding, append, defined_length, is_vr, item_encoding, read_element, skip};
 use super::error::{FileFault, Tag};
 
 pub(super) const EXPLICIT_LITTLE: &str = "1.2.840.10008.1.2.1";
@@ -49,10 +49,11 @@ pub(super) struct MetaGroup {
     pub(super) media_class: Option<String>,
 }
 
-/// Reads the file meta group (always explicit, little endian), if there is one.
+/// Reads the file meta group, if there is one. It is little endian, and explicit where its writer
+/// keeps to the standard.
 pub(super) fn read_meta(stream: &mut Stream<'_>) -> Result<MetaGroup, FileFault> {
     let mut meta = MetaGroup::default();
-    let encoding = Encoding { explicit: true, big: false };
+    let around = Encoding { explicit: true, big: false };
     loop {
         let mut group = [0; 2];
         let n = stream.fill(&mut group).map_err(FileFault::io)?;
@@ -60,6 +61,7 @@ pub(super) fn read_meta(stream: &mut Stream<'_>) -> Result<MetaGroup, FileFault>
         if n < 2 || u16::from_le_bytes(group) != 2 {
             return Ok(meta);
         }
+        let encoding = item_encoding(stream, around, None)?;
         let Some(element) = read_element(stream, encoding)? else { return Ok(meta) };
         let length = defined_length(&element, stream)?;
         let wanted = match element.tag {

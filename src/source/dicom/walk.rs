@@ -7,7 +7,7 @@
 use super::blob::Stream;
 use super::element::{
     Element, Encoding, UNDEFINED, append, check_whole, defined_length, has_long_length,
-    read_element, skip, standard_vr, value_bytes,
+    item_encoding, read_element, skip, standard_vr, value_bytes,
 };
 use super::error::{FileFault, Tag};
 use super::start::{self, find_start, read_meta, settle_encoding};
@@ -135,6 +135,8 @@ impl Walker<'_> {
                 };
             };
             match self.levels.last().map(|l| l.kind) {
+                // One delimiter too many ends nothing.
+                None if is_delimiter(&element) => {}
                 None => {
                     if tags::is_pixels(element.tag) {
                         return Ok(Some(self.pixels(&element)));
@@ -148,6 +150,12 @@ impl Walker<'_> {
                 Some(LevelKind::Item) => {
                     if element.tag == ITEM_END {
                         self.close();
+                    } else if element.tag == SEQUENCE_END && self.is_open_ended() {
+                        // The item's own delimiter was left out.
+                        self.close();
+                        if self.is_open_ended() {
+                            self.close();
+                        }
                     } else {
                         self.element(&element)?;
                     }
@@ -172,18 +180,31 @@ impl Walker<'_> {
         self.levels.last().map_or(self.encoding, |level| level.encoding)
     }
 
+    /// Whether a delimiter ends the innermost level.
+    fn is_open_ended(&self) -> bool {
+        self.levels.last().is_some_and(|level| level.end.is_none())
+    }
+
     fn in_sequence(&mut self, element: &Element) -> Result<(), FileFault> {
         let Some(level) = self.levels.last() else { return Ok(()) };
         match element.tag {
             ITEM => {
-                let (kept, encoding) = (level.kept, level.encoding);
+                let (kept, around) = (level.kept, level.encoding);
                 let end = self.end_of(element)?;
+                // A file that is implicit has no sequences of unknown VR.
+                let encoding = if self.encoding.explicit {
+                    item_encoding(&mut self.stream, around, end)?
+                } else {
+                    around
+                };
                 self.open(Level { kind: LevelKind::Item, tag: ITEM, end, kept, encoding }, *b"  ")
             }
             SEQUENCE_END => {
                 self.close();
                 Ok(())
             }
+            // An item of a length of its own that has a delimiter too.
+            ITEM_END if is_delimiter(element) => Ok(()),
             tag => Err(FileFault::BadElement { tag, what: "found where an item was expected" }),
         }
     }
@@ -320,6 +341,11 @@ impl Walker<'_> {
         let (offset, left) = (self.stream.at(), self.stream.left());
         PixelElement { tag: element.tag, words, offset, length, left }
     }
+}
+
+/// Whether it ends an item or a sequence.
+fn is_delimiter(element: &Element) -> bool {
+    matches!(element.tag, ITEM_END | SEQUENCE_END) && element.length == 0
 }
 
 fn length_or_none(length: u32) -> usize {
