@@ -113,3 +113,13 @@ fn a_file_meta_group_in_implicit_vr_is_read() {
     });
     assert_eq!(read, Ok(plain()));
 }
+
+#[test]
+fn a_big_endian_data_set_without_a_meta_group_is_seen_and_read() {
+    let read = written(|_, mut data| {
+        data.make_big();
+        assert!(dicom::is_dicom(&data.0));
+        data.0
+    });
+    assert_eq!(read, Ok(plain()));
+}

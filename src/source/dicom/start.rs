@@ -15,16 +15,37 @@ pub(super) fn looks_like_dicom(head: &[u8]) -> bool {
     head.get(128..132) == Some(b"DICM") || starts_with_element(head)
 }
 
-/// A first element of group 2 or 8 with a small length: no other format begins like that.
+/// A first element of group 2 or 8 with a small length: no other format begins like that. One of
+/// group 8 that is big endian names its VR.
 fn starts_with_element(head: &[u8]) -> bool {
     let Some(&[g0, g1, e0, e1, v0, v1, l0, l1]) = head.first_chunk::<8>() else { return false };
+    let explicit = is_vr([v0, v1]);
+    if is_big(head) {
+        return u16::from_be_bytes([e0, e1]) <= MOST_FIRST;
+    }
     let (group, element) = (u16::from_le_bytes([g0, g1]), u16::from_le_bytes([e0, e1]));
-    if !matches!(group, 2 | 8) || element > 0x1155 {
+    if !matches!(group, 2 | 8) || element > MOST_FIRST {
         return false;
     }
-    let explicit = is_vr([v0, v1]);
     let implicit_length = u32::from_le_bytes([v0, v1, l0, l1]);
     explicit || (group == 8 && implicit_length <= 256 && implicit_length.is_multiple_of(2))
+}
+
+/// The highest number that a file's first element has in its group.
+const MOST_FIRST: u16 = 0x1155;
+
+/// Whether an element of group 8 that names its VR begins here, its high bytes first.
+fn is_big(head: &[u8]) -> bool {
+    matches!(head, &[0, 8, _, _, v0, v1, ..] if is_vr([v0, v1]))
+}
+
+/// The transfer syntax of an uncompressed data set that is written so.
+pub(super) fn syntax_of(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding { explicit: true, big: true } => EXPLICIT_BIG,
+        Encoding { explicit: true, big: false } => EXPLICIT_LITTLE,
+        Encoding { explicit: false, .. } => IMPLICIT_LITTLE,
+    }
 }
 
 /// Passes the preamble. True where the file says that it is DICOM: by the mark, or by a meta group.
@@ -94,6 +115,7 @@ pub(super) fn settle_encoding(
     let names_vr = is_vr([head[4], head[5]]);
     Ok(match syntax {
         Some(EXPLICIT_BIG) => Encoding { explicit: true, big: true },
+        None if is_big(&head) => Encoding { explicit: true, big: true },
         Some(IMPLICIT_LITTLE) | None => Encoding { explicit: names_vr, big: false },
         Some(_) => Encoding { explicit: names_vr || n < 6, big: false },
     })

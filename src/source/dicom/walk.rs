@@ -76,9 +76,7 @@ pub(super) fn walk_keeping(mut stream: Stream<'_>, more: &[Tag]) -> Result<Walke
         stream = stream.inflate();
     }
     let encoding = settle_encoding(&mut stream, meta.syntax.as_deref())?;
-    let syntax = meta.syntax.unwrap_or_else(|| {
-        if encoding.explicit { start::EXPLICIT_LITTLE } else { start::IMPLICIT_LITTLE }.to_owned()
-    });
+    let syntax = meta.syntax.unwrap_or_else(|| start::syntax_of(encoding).to_owned());
     let mut walker = Walker { stream, encoding, more, kept: Vec::new(), levels: Vec::new() };
     match walker.run() {
         Ok(pixels) => Ok(Walked {
