@@ -123,3 +123,22 @@ fn a_big_endian_data_set_without_a_meta_group_is_seen_and_read() {
     });
     assert_eq!(read, Ok(plain()));
 }
+
+#[test]
+fn padding_written_as_text_is_padding() {
+    let padding = |vr: [u8; 2], value: &[u8]| {
+        let folder = TempDir::new().unwrap();
+        Series::axial(3).write_as(folder.path(), EXPLICIT, |_, data| {
+            data.set((0x0028, 0x0103), *b"US", &1_u16.to_le_bytes());
+            data.set((0x0028, 0x0120), vr, value);
+        });
+        let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+        let padding = study.open(0, &OpenOptions::default()).unwrap().meta.padding;
+        padding.map(|p| (p.low, p.high))
+    };
+    assert_eq!(padding(*b"SS", &(-2000_i16).to_le_bytes()), Some((-2000.0, -2000.0)));
+    for vr in [*b"IS", *b"DS", *b"LO"] {
+        assert_eq!(padding(vr, b"-2000"), Some((-2000.0, -2000.0)), "{vr:?}");
+        assert_eq!(padding(vr, b"63536 "), Some((-2000.0, -2000.0)), "{vr:?}");
+    }
+}

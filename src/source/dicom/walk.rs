@@ -248,6 +248,7 @@ impl Walker<'_> {
             let what = "longer than 65535 bytes, too long for its value representation";
             return Err(FileFault::BadElement { tag, what });
         }
+        let at = self.kept.len();
         self.emit(tag, vr, element.length)?;
         let start = self.kept.len();
         append(&mut self.stream, length, &mut self.kept)?;
@@ -255,7 +256,23 @@ impl Walker<'_> {
             let value = self.kept.get_mut(start..).unwrap_or_default();
             value.chunks_exact_mut(value_bytes(vr) as usize).for_each(<[u8]>::reverse);
         }
+        if tags::is_padding(tag) && value_bytes(vr) == 1 {
+            self.make_binary(tag, at, start);
+        }
         Ok(())
+    }
+
+    /// Writes padding that was kept as text as a number of its own VR: `dicom-object` takes the bytes
+    /// for one in any case, where samples have a sign.
+    fn make_binary(&mut self, tag: Tag, at: usize, start: usize) {
+        let text = String::from_utf8_lossy(self.kept.get(start..).unwrap_or_default());
+        let text = text.trim_matches(|c: char| c == '\0' || c.is_whitespace());
+        let value = text.parse::<i16>().or_else(|_| text.parse::<u16>().map(|v| v as i16));
+        let Ok(value) = value else { return };
+        self.kept.truncate(at);
+        self.header(tag, *b"SS", 2);
+        let big = self.encoding.big;
+        self.kept.extend(if big { value.to_be_bytes() } else { value.to_le_bytes() });
     }
 
     /// Where a sequence or an item ends, which must lie within the file.
