@@ -125,6 +125,26 @@ fn a_big_endian_data_set_without_a_meta_group_is_seen_and_read() {
 }
 
 #[test]
+fn no_frames_are_one_frame() {
+    let read = written(|_, mut data| {
+        data.set((0x0028, 0x0008), *b"IS", b"0");
+        file(EXPLICIT, &data)
+    });
+    assert_eq!(read, Ok(plain()));
+}
+
+#[test]
+fn a_spacing_between_slices_that_is_no_number_says_nothing() {
+    for spacing in ["unknown", "NaN", "inf"] {
+        let read = written(|_, mut data| {
+            data.set((0x0018, 0x0088), *b"DS", spacing.as_bytes());
+            file(EXPLICIT, &data)
+        });
+        assert_eq!(read, Ok(plain()), "{spacing}");
+    }
+}
+
+#[test]
 fn padding_written_as_text_is_padding() {
     let padding = |vr: [u8; 2], value: &[u8]| {
         let folder = TempDir::new().unwrap();

@@ -93,7 +93,7 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
         position: position(header)?,
         orientation: orientation(header)?,
         spacing: spacing(header)?,
-        slice_spacing: slice_spacing(header)?,
+        slice_spacing: slice_spacing(header),
         slope,
         inter,
         segment: None,
@@ -118,7 +118,7 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     }
     if let Some(item) = group(tags::PIXEL_MEASURES_SEQUENCE) {
         frame.spacing = spacing(item)?.or(frame.spacing);
-        frame.slice_spacing = slice_spacing(item)?.or(frame.slice_spacing);
+        frame.slice_spacing = slice_spacing(item).or(frame.slice_spacing);
     }
     if let Some(item) = group(tags::PIXEL_VALUE_TRANSFORMATION_SEQUENCE)
         && let Some((slope, inter)) = rescale(item)?
@@ -246,8 +246,9 @@ fn spacing(item: &Item) -> Result<Option<[f64; 2]>, FileFault> {
     }
 }
 
-fn slice_spacing(item: &Item) -> Result<Option<f64>, FileFault> {
-    header::number(item, tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices")
+/// What is no number is none: where images have positions nothing depends on it.
+fn slice_spacing(item: &Item) -> Option<f64> {
+    header::number(item, tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices").ok().flatten()
 }
 
 /// Slope and intercept, where either is given.

@@ -173,7 +173,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     }
     let layout = Layout::read(header, walked, &element)?;
     let n_frames = match header::integer(header, tags::NUMBER_OF_FRAMES, "NumberOfFrames")? {
-        None => 1,
+        // Single images of some writers say that they have none.
+        None | Some(0) => 1,
         Some(n @ 1..) => n as u64,
         Some(n) => return Err(bad("NumberOfFrames", &n.to_string(), "at least 1")),
     };
