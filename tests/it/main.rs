@@ -18,6 +18,7 @@ mod dicom_enhanced;
 mod dicom_hostile;
 mod dicom_memory;
 mod dicom_mixed;
+mod dicom_placed;
 mod dicom_refused;
 mod dicom_segments;
 mod dicom_series;

@@ -260,7 +260,9 @@ fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
             what.push(name.to_owned());
         }
     };
-    absent("ImagePositionPatient", all.iter().any(|(_, f)| f.position.is_none()));
+    let unplaced = all.iter().find_map(|(_, f)| f.unplaced);
+    let unknown = |f: &Frame| f.position.is_none() && f.unplaced.is_none();
+    absent("ImagePositionPatient", all.iter().any(|(_, f)| unknown(f)));
     absent("ImageOrientationPatient", all.iter().any(|(_, f)| f.orientation.is_none()));
     absent("PixelSpacing", all.iter().any(|(_, f)| f.spacing.is_none()));
     let mut names: Vec<&str> = all.iter().map(|(i, _)| i.name.as_str()).collect();
@@ -271,7 +273,9 @@ fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
     if more > 0 {
         names = format!("{names} and {more} more");
     }
-    DicomError::NoGeometry { what: format!("no {}", what.join(", no ")), names }
+    let absent = what.iter().map(|name| format!("no {name}"));
+    let what: Vec<String> = unplaced.map(str::to_owned).into_iter().chain(absent).collect();
+    DicomError::NoGeometry { what: what.join(", "), names }
 }
 
 /// The first fault among the files that make up a candidate.

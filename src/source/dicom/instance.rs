@@ -62,6 +62,8 @@ pub(super) struct Frame {
     pub(super) index: u64,
     /// ImagePositionPatient, LPS mm.
     pub(super) position: Option<Vec3>,
+    /// Why there is no position, where it is not that ImagePositionPatient is absent.
+    pub(super) unplaced: Option<&'static str>,
     /// ImageOrientationPatient.
     pub(super) orientation: Option<[f64; 6]>,
     /// PixelSpacing: between rows, between columns, mm.
