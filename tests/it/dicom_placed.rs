@@ -2,7 +2,7 @@
 //! it at all.
 
 use mcubes::error::Kind;
-use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study};
+use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study, What};
 use tempfile::TempDir;
 
 use crate::support::dicom::{EXPLICIT, Elements, PIXELS, Series, file};
@@ -129,4 +129,21 @@ fn frames_that_share_one_position_are_refused_for_that() {
         let line = refusal(&study);
         assert!(line.contains("one ImagePositionPatient for all frames of the file"), "{line}");
     }
+}
+
+#[test]
+fn spectra_are_set_aside() {
+    let (folder, _) = series(|_, _| {});
+    let mut data = Elements::default();
+    data.text(CLASS, *b"UI", "1.2.840.10008.5.1.4.1.1.4.2");
+    data.text(SERIES, *b"UI", "1.2.3");
+    data.short((0x0028, 0x0010), 1);
+    data.short((0x0028, 0x0011), 1);
+    data.element((0x5600, 0x0020), *b"OF", &[0; 64]);
+    std::fs::write(folder.path().join("spectrum"), file(EXPLICIT, &data)).unwrap();
+    let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+    assert_eq!((study.volumes.len(), study.faults.len()), (1, 0));
+    assert!(study.stray_faults().is_empty());
+    let aside: Vec<_> = study.set_aside.iter().map(|a| (a.what, a.what.name(a.count))).collect();
+    assert_eq!(aside, [(What::Spectroscopy, "spectroscopy object")]);
 }

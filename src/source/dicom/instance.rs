@@ -160,7 +160,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     let series = header::label(header, tags::SERIES_NUMBER);
     let image_type = header::texts(header, tags::IMAGE_TYPE);
     let Some(element) = walked.pixels else {
-        if header::text(header, tags::ROWS).is_some() {
+        let has_rows = header::text(header, tags::ROWS).is_some();
+        if set_aside::lacks_pixels(class.as_deref(), has_rows) {
             return Err(FileFault::Missing { attribute: "PixelData" });
         }
         let what = set_aside::without_pixels(class.as_deref());
