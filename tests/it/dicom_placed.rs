@@ -5,12 +5,14 @@ use mcubes::error::Kind;
 use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study, What};
 use tempfile::TempDir;
 
+use crate::dicom_enhanced::enhanced;
 use crate::support::dicom::{EXPLICIT, Elements, PIXELS, Series, file};
 
 type Tag = (u16, u16);
 
 const CLASS: Tag = (0x0008, 0x0016);
 const SPACING_BETWEEN_SLICES: Tag = (0x0018, 0x0088);
+const STUDY: Tag = (0x0020, 0x000D);
 const SERIES: Tag = (0x0020, 0x000E);
 const POSITION: Tag = (0x0020, 0x0032);
 const ORIENTATION: Tag = (0x0020, 0x0037);
@@ -129,6 +131,43 @@ fn frames_that_share_one_position_are_refused_for_that() {
         let line = refusal(&study);
         assert!(line.contains("one ImagePositionPatient for all frames of the file"), "{line}");
     }
+}
+
+#[test]
+fn a_study_uid_of_its_own_in_each_image_is_no_study_of_its_own() {
+    let (_folder, study) = series(|k, data| text(data, STUDY, *b"UI", &format!("1.2.3.{k}")));
+    assert_eq!(study.volumes.len(), 1);
+    let volume = study.open(0, &OpenOptions::default()).unwrap();
+    assert_eq!(volume.meta.grid.dims.nz(), 8);
+    let said: Vec<String> = volume.meta.notes.iter().map(ToString::to_string).collect();
+    assert!(said.iter().any(|n| n.contains("StudyInstanceUID of its own")), "{said:?}");
+}
+
+#[test]
+fn two_images_of_two_studies_are_told_apart_by_name() {
+    let folder = TempDir::new().unwrap();
+    Series::axial(2).write_as(folder.path(), EXPLICIT, |k, data| {
+        text(data, STUDY, *b"UI", &format!("1.2.3.{k}"));
+    });
+    let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+    let line = refusal(&study);
+    assert!(line.contains("another StudyInstanceUID"), "{line}");
+}
+
+#[test]
+fn a_stack_of_each_frame_is_no_stack_of_its_own() {
+    let stacked = |stack: fn(usize) -> usize| {
+        let frames: Vec<(usize, usize)> = (0..8).map(|k| (k, k)).collect();
+        one_file(&enhanced(&frames, |_, k, item| {
+            let mut content = Elements::default();
+            content.text((0x0020, 0x9056), *b"SH", &stack(k).to_string());
+            item.sequence((0x0020, 0x9111), &[content]);
+        }))
+    };
+    let (_folder, study) = stacked(|k| k + 1);
+    assert_eq!(placed(&study).2, 8);
+    let (_folder, study) = stacked(|k| k / 4);
+    assert_eq!(study.volumes.len(), 2);
 }
 
 #[test]

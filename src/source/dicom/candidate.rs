@@ -77,7 +77,7 @@ pub(super) fn assess(
     let n_images = group.frames.len();
     let (first, _) = group.frames.first()?.get(instances)?;
     let runs = series::sort(&mut group, instances);
-    let mut notes = Vec::new();
+    let mut notes: Vec<Note> = first.odd.iter().map(|odd| Note::Other((*odd).to_owned())).collect();
     let (frames, doubles) = drop_doubles(&group, &runs, instances, cancel, &mut notes);
     let mut candidate = Candidate {
         number: 0,

@@ -50,6 +50,8 @@ pub(super) struct Instance {
     pub(super) number: i64,
     /// Stored values that stand for nothing, both ends included.
     pub(super) padding: Option<Padding>,
+    /// What is odd about it and of no harm, for notes.
+    pub(super) odd: Vec<&'static str>,
     /// What is wrong with the pixels, seen without reading them.
     pub(super) fault: Option<FileFault>,
     pub(super) frames: Vec<Frame>,
@@ -208,6 +210,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
             .flatten()
             .unwrap_or(0),
         padding,
+        odd: Vec::new(),
         fault,
         frames,
     })))

@@ -20,6 +20,7 @@ mod header;
 mod instance;
 pub mod jpegls;
 mod layout;
+mod lone;
 mod neighbours;
 mod order;
 mod pixels;
