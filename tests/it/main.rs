@@ -20,6 +20,7 @@ mod dicom_memory;
 mod dicom_mixed;
 mod dicom_placed;
 mod dicom_refused;
+mod dicom_repeats;
 mod dicom_segments;
 mod dicom_series;
 mod dicom_synthetic;

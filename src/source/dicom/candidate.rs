@@ -39,6 +39,8 @@ pub struct Candidate {
     pub is_segmentation: bool,
     pub(super) frames: Vec<FrameRef>,
     pub(super) uniform: bool,
+    /// Whether it is what there is of a repeat that was broken off.
+    pub(super) broken_off: bool,
 }
 
 impl Candidate {
@@ -49,9 +51,9 @@ impl Candidate {
             .filter(|p| !(span_gaps && matches!(p, DicomError::MissingSlices { .. })))
     }
 
-    /// Whether it has slices in space, whatever else is wrong with it.
+    /// Whether it has slices in space and is no fragment, whatever else is wrong with it.
     pub(super) fn is_plausible(&self) -> bool {
-        self.meta.is_some()
+        self.meta.is_some() && !self.broken_off
     }
 
     /// A line for lists: number, series, size.
@@ -90,6 +92,7 @@ pub(super) fn assess(
         is_segmentation: first.is_segmentation,
         frames,
         uniform: true,
+        broken_off: group.broken_off,
     };
     let problem = place(&mut candidate, &group, instances, notes);
     let file = || file_problem(&candidate, instances);

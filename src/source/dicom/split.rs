@@ -1,6 +1,7 @@
 //! What a series mixes at the same positions (echoes, phases, tube voltages, repeats) becomes
 //! volumes of their own. Nothing is split where positions hold one image each.
 
+use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -30,7 +31,9 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
             .into_iter()
             .filter(|labels| labels.tell_apart(&runs))
             .collect();
-        if let Some(parts) = told.iter().find_map(|labels| by_value(&group, &runs, labels)) {
+        let by_value =
+            |broken_off| told.iter().find_map(|labels| by_value(&group, &runs, labels, broken_off));
+        if let Some(parts) = by_value(false).or_else(|| by_value(true)) {
             open.extend(parts.into_iter().rev());
             continue;
         }
@@ -57,6 +60,14 @@ impl Labels {
             let own = self.of.get(run.clone()).unwrap_or_default();
             own.iter().any(|label| Some(label) != own.first())
         })
+    }
+
+    /// The values there are, in order.
+    fn values(&self) -> Vec<&String> {
+        let mut values: Vec<&String> = self.of.iter().collect();
+        values.sort_by(|a, b| compare_labels(a, b));
+        values.dedup();
+        values
     }
 
     fn get(&self, index: usize) -> &str {
@@ -93,22 +104,44 @@ fn attributes(group: &Group, instances: &[Instance]) -> Vec<Labels> {
 /// Dimensions looked at: files have two to five.
 const MOST_DIMENSIONS: usize = 16;
 
-/// One part for each value, if none of them is a fragment.
-fn by_value(group: &Group, runs: &[Range<usize>], labels: &Labels) -> Option<Vec<Group>> {
-    let mut values: Vec<&String> = labels.of.iter().collect();
-    values.sort_by(|a, b| compare_labels(a, b));
-    values.dedup();
+/// One part for each value, if each is a volume; or, where that is asked for, all but the last: a
+/// repeat that was broken off.
+fn by_value(
+    group: &Group,
+    runs: &[Range<usize>],
+    labels: &Labels,
+    broken_off: bool,
+) -> Option<Vec<Group>> {
+    let values = labels.values();
     let mut covered = vec![0_usize; values.len()];
+    // Positions of the last value that no other one has.
+    let mut alone = 0_usize;
     for run in runs {
         let own: HashSet<&String> = labels.of.get(run.clone())?.iter().collect();
+        alone += usize::from(own.len() == 1 && own.contains(*values.last()?));
         for label in own {
             let at = values.binary_search_by(|v| compare_labels(v, label)).ok()?;
             *covered.get_mut(at)? += 1;
         }
     }
-    if !all_whole(&covered, runs, labels.is_clock) {
+    if !broken_off {
+        let whole = all_whole(&covered, runs, labels.is_clock);
+        return whole.then(|| divide(group, labels, &values)).flatten();
+    }
+    // Words and times of day do not say which repeat was the last.
+    let counts = !labels.is_clock && values.iter().all(|value| value.parse::<f64>().is_ok());
+    let (_, whole) = covered.split_last()?;
+    let share = SHARE * runs.len() as f64;
+    if !counts || alone > 0 || whole.is_empty() || whole.iter().any(|&n| (n as f64) < share) {
         return None;
     }
+    let mut parts = divide(group, labels, &values)?;
+    parts.last_mut()?.broken_off = true;
+    Some(parts)
+}
+
+/// One part for each value.
+fn divide(group: &Group, labels: &Labels, values: &[&String]) -> Option<Vec<Group>> {
     let mut parts: Vec<Group> = Vec::with_capacity(values.len());
     for (n, value) in values.iter().enumerate() {
         let mut apart = group.apart.clone();
@@ -118,7 +151,7 @@ fn by_value(group: &Group, runs: &[Range<usize>], labels: &Labels) -> Option<Vec
             "" => format!("{} none", labels.name),
             value => format!("{} {value}", labels.name),
         });
-        parts.push(Group { frames: Vec::new(), apart, facing: group.facing });
+        parts.push(Group { frames: Vec::new(), apart, ..*group });
     }
     for (reference, label) in group.frames.iter().zip(&labels.of) {
         let at = values.binary_search_by(|v| compare_labels(v, label)).ok()?;
@@ -155,7 +188,7 @@ fn by_rank(group: &Group, runs: &[Range<usize>], labels: &Labels) -> Option<Vec<
     if labels.of.iter().any(|label| label.parse::<f64>().is_err()) {
         return None;
     }
-    let mut parts = vec![Group { facing: group.facing, ..Group::default() }; count];
+    let mut parts = vec![Group { frames: Vec::new(), apart: Vec::new(), ..*group }; count];
     for run in runs {
         let mut own: Vec<usize> = run.clone().collect();
         own.sort_by(|&a, &b| compare_labels(labels.get(a), labels.get(b)));
@@ -215,7 +248,7 @@ fn repeats(group: &Group, runs: &[Range<usize>], instances: &[Instance]) -> Opti
         let mut apart = group.apart.clone();
         apart.push(format!("repeat {} of {count}", n + 1));
         let frames = repeat.iter().map(|(_, r)| *r).collect();
-        Group { frames, apart, facing: group.facing }
+        Group { frames, apart, ..*group }
     };
     Some(repeats.iter().enumerate().map(part).collect())
 }
@@ -234,11 +267,11 @@ fn one_after_another(lists: &[Vec<Numbered>]) -> bool {
 }
 
 /// Numbers by value, then everything else by its letters.
-fn compare_labels(a: &str, b: &str) -> std::cmp::Ordering {
+fn compare_labels(a: &str, b: &str) -> Ordering {
     match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(x), Ok(y)) => x.total_cmp(&y).then_with(|| a.cmp(b)),
-        (Ok(_), Err(_)) if !b.is_empty() => std::cmp::Ordering::Less,
-        (Err(_), Ok(_)) if !a.is_empty() => std::cmp::Ordering::Greater,
+        (Ok(_), Err(_)) if !b.is_empty() => Ordering::Less,
+        (Err(_), Ok(_)) if !a.is_empty() => Ordering::Greater,
         _ => a.cmp(b),
     }
 }

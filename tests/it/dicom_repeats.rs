@@ -1,0 +1,89 @@
+//! Repeats of a series that are broken off: each whole one is a volume.
+
+use mcubes::error::Kind;
+use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study};
+use tempfile::TempDir;
+
+use crate::support::dicom::{EXPLICIT, Elements, Series};
+
+type Tag = (u16, u16);
+
+const ECHO_TIME: Tag = (0x0018, 0x0081);
+const ACQUISITION_NUMBER: Tag = (0x0020, 0x0012);
+const POSITION: Tag = (0x0020, 0x0032);
+const TEMPORAL_POSITION: Tag = (0x0020, 0x0100);
+
+/// One part for each number of slices; the folder of a file tells its part, and the parts differ
+/// in their samples.
+fn parts(lengths: &[usize], edit: impl Fn(usize, usize, &mut Elements)) -> (TempDir, Study) {
+    let folder = TempDir::new().unwrap();
+    for (part, &n) in lengths.iter().enumerate() {
+        let mut series = Series::axial(8);
+        series.body.semi[0] -= part as f64;
+        series.positions.truncate(n);
+        let name = folder.path().join(part.to_string());
+        series.write_as(&name, EXPLICIT, |k, data| edit(part, k, data));
+    }
+    let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+    (folder, study)
+}
+
+fn set(data: &mut Elements, tag: Tag, vr: [u8; 2], value: impl ToString) {
+    data.set(tag, vr, value.to_string().as_bytes());
+}
+
+fn place(data: &mut Elements, z: f64) {
+    set(data, POSITION, *b"DS", format!("0\\0\\{z:.3}"));
+}
+
+/// The parts that a volume's slices are of, each once.
+fn parts_of(study: &Study, index: usize) -> Vec<&str> {
+    let mut parts: Vec<_> =
+        study.slices(index).iter().filter_map(|(name, _)| name.split('/').next()).collect();
+    parts.dedup();
+    parts
+}
+
+fn notes(study: &Study, index: usize) -> String {
+    let volume = study.open(index, &OpenOptions::default()).unwrap();
+    let notes: Vec<String> = volume.meta.notes.iter().map(ToString::to_string).collect();
+    notes.join("\n")
+}
+
+#[test]
+fn the_whole_repeats_of_a_series_broken_off_are_volumes_and_the_rest_is_named() {
+    for (whole, rest) in [(1, 1), (1, 2), (2, 1), (2, 3), (5, 2), (10, 1)] {
+        let mut lengths = vec![8; whole];
+        lengths.push(rest);
+        for (tag, vr, name) in [
+            (TEMPORAL_POSITION, *b"IS", "temporal position"),
+            (ECHO_TIME, *b"DS", "echo time"),
+            (ACQUISITION_NUMBER, *b"IS", "acquisition number"),
+        ] {
+            let (_folder, study) = parts(&lengths, |part, _, data| set(data, tag, vr, part + 1));
+            let what = format!("{name}, {whole} and {rest} slices");
+            assert_eq!(study.default().unwrap(), 0, "{what}");
+            assert_eq!(study.all(), (0..whole).collect::<Vec<_>>(), "{what}");
+            for index in 0..whole {
+                assert_eq!(study.slices(index).len(), 8, "{what}");
+                assert_eq!(parts_of(&study, index), [index.to_string()], "{what}");
+                let said = notes(&study, index);
+                let s = if rest == 1 { "" } else { "s" };
+                let wanted = format!("left out: {rest} image{s} of the same series ");
+                assert!(said.contains(&wanted), "{what}: {said}");
+                assert!(said.contains(&format!("{name} {} was broken off", whole + 1)), "{said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn slices_that_no_whole_repeat_has_are_not_left_out_as_one_that_was_broken_off() {
+    // The last two of eight slices lie beyond the seven that the first part has.
+    let (_folder, study) = parts(&[7, 2], |part, k, data| {
+        set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+        place(data, if part == 0 { k as f64 } else { 6.0 + k as f64 });
+    });
+    let error = study.open(0, &OpenOptions::default()).err().unwrap();
+    assert_eq!(error.kind(), Kind::ConflictingSlices, "{error}");
+}
