@@ -1,4 +1,5 @@
-//! Repeats of a series that are broken off: each whole one is a volume.
+//! Repeats of a series that do not lie slice on slice, or that are broken off: each
+//! whole one is a volume, and nothing is interleaved.
 
 use mcubes::error::Kind;
 use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study};
@@ -48,6 +49,93 @@ fn notes(study: &Study, index: usize) -> String {
     let volume = study.open(index, &OpenOptions::default()).unwrap();
     let notes: Vec<String> = volume.meta.notes.iter().map(ToString::to_string).collect();
     notes.join("\n")
+}
+
+#[test]
+fn time_points_and_echoes_at_shifted_positions_are_never_interleaved() {
+    let tags = [(TEMPORAL_POSITION, *b"IS"), (ECHO_TIME, *b"DS"), ((0x0018, 0x0086), *b"IS")];
+    for (tag, vr) in tags {
+        // Half a step makes an even grid of thinner slices; 0.05 mm looks like missing slices.
+        for shift in [1.0, 0.7, 0.05, 3.0] {
+            let (_folder, study) = parts(&[8, 8], |part, k, data| {
+                set(data, tag, vr, part + 1);
+                place(data, 2.0 * k as f64 + shift * part as f64);
+            });
+            let what = format!("{tag:?} {shift}");
+            assert_eq!(study.volumes.len(), 2, "{what}");
+            for index in 0..2 {
+                let volume = study.open(index, &OpenOptions::default()).unwrap();
+                assert_eq!(volume.meta.grid.dims.nz(), 8, "{what}");
+                assert_eq!(parts_of(&study, index), [index.to_string()], "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_slice_missing_in_one_of_two_shifted_time_points_mixes_them_no_more() {
+    let (_folder, study) = parts(&[8, 7], |part, k, data| {
+        set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+        let k = if part == 1 && k > 3 { k + 1 } else { k };
+        place(data, 2.0 * k as f64 + 0.7 * part as f64);
+    });
+    assert_eq!(study.volumes.len(), 2);
+    assert_eq!(study.slices(0).len(), 8);
+    let error = study.open(1, &OpenOptions::default()).err().unwrap();
+    assert_eq!(error.kind(), Kind::MissingSlices, "{error}");
+}
+
+#[test]
+fn a_shifted_repeat_that_was_broken_off_is_left_out_and_named() {
+    for (whole, rest) in [(1, 1), (1, 2), (2, 1), (2, 2), (5, 3)] {
+        let mut lengths = vec![8; whole];
+        lengths.push(rest);
+        let (_folder, study) = parts(&lengths, |part, k, data| {
+            set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+            place(data, 2.0 * k as f64 + 0.3 * part as f64);
+        });
+        let what = format!("{whole} and {rest} slices");
+        assert_eq!(study.all(), (0..whole).collect::<Vec<_>>(), "{what}");
+        for index in 0..whole {
+            assert_eq!(study.slices(index).len(), 8, "{what}");
+            assert_eq!(parts_of(&study, index), [index.to_string()], "{what}");
+            let wanted = format!("temporal position {} was broken off", whole + 1);
+            assert!(notes(&study, index).contains(&wanted), "{what}");
+        }
+    }
+}
+
+#[test]
+fn a_slice_whose_echo_time_is_written_otherwise_stays_in_its_volume() {
+    for odd in [0, 3, 7] {
+        let (_folder, study) = parts(&[8], |_, k, data| {
+            set(data, ECHO_TIME, *b"DS", if k == odd { "10.01" } else { "10" });
+        });
+        assert_eq!(study.volumes.len(), 1);
+        assert_eq!(study.open(0, &OpenOptions::default()).unwrap().meta.grid.dims.nz(), 8);
+    }
+}
+
+#[test]
+fn interleaved_packages_and_blocks_of_slices_are_one_volume() {
+    type Place = fn(usize, usize) -> f64;
+    // Packages are told by their numbers; blocks follow each other, whatever numbers them.
+    let in_turn = |part: usize, k: usize| 2.0 * k as f64 + part as f64;
+    let in_blocks = |part: usize, k: usize| (8 * part + k) as f64;
+    let cases: [(Tag, [u8; 2], Place); 4] = [
+        (ACQUISITION_NUMBER, *b"IS", in_turn),
+        ((0x0008, 0x0032), *b"TM", in_turn),
+        (TEMPORAL_POSITION, *b"IS", in_blocks),
+        (ECHO_TIME, *b"DS", in_blocks),
+    ];
+    for (tag, vr, z) in cases {
+        let (_folder, study) = parts(&[8, 8], |part, k, data| {
+            set(data, tag, vr, 100_000 + part);
+            place(data, z(part, k));
+        });
+        assert_eq!(study.volumes.len(), 1, "{tag:?}");
+        assert_eq!(study.open(0, &OpenOptions::default()).unwrap().meta.grid.dims.nz(), 16);
+    }
 }
 
 #[test]

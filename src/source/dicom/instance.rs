@@ -122,6 +122,9 @@ pub(super) const SPLITTERS: [&str; 14] = [
     "time",
 ];
 
+/// So many of the first splitters are set by the scanner for whole volumes.
+pub(super) const N_SETTINGS: usize = 3;
+
 /// The splitter that is a time of day.
 pub(super) const CLOCK: usize = SPLITTERS.len() - 1;
 

@@ -29,6 +29,7 @@ mod rle;
 mod scan;
 mod series;
 mod set_aside;
+mod shifted;
 mod split;
 mod start;
 mod study;

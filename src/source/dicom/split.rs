@@ -1,16 +1,18 @@
 //! What a series mixes at the same positions (echoes, phases, tube voltages, repeats) becomes
-//! volumes of their own. Nothing is split where positions hold one image each.
+//! volumes of their own. Where positions hold one image each, only echoes and time points that lie
+//! beside each other are split (`shifted`).
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::ops::Range;
 
-use super::instance::{CLOCK, Frame, Instance, SPLITTERS};
+use super::instance::{CLOCK, Frame, Instance, N_SETTINGS, SPLITTERS};
 use super::series::{FrameRef, Group, sort};
+use super::shifted;
 
 /// Where this share of the positions holds the same number of images, all of them were meant to;
 /// a part of such a group covers this share of the positions or is a fragment.
-const SHARE: f64 = 0.75;
+pub(super) const SHARE: f64 = 0.75;
 
 /// Splits a group whose positions hold several images by what the series mixes: echoes, time
 /// points, ... Groups that mix nothing come back as they are.
@@ -23,18 +25,23 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
     while let Some(mut group) = open.pop() {
         let runs = sort(&mut group, instances);
         // Images that all lie at one position are no volumes, however they are split.
-        if runs.len() < 2 || runs.iter().all(|run| run.len() < 2) {
+        if runs.len() < 2 {
             done.push(group);
             continue;
         }
-        let told: Vec<Labels> = attributes(&group, instances)
-            .into_iter()
-            .filter(|labels| labels.tell_apart(&runs))
-            .collect();
+        let one_each = runs.iter().all(|run| run.len() < 2);
+        let all = attributes(&group, instances, one_each);
+        let told: Vec<&Labels> =
+            all.iter().filter(|labels| !one_each && labels.tell_apart(&runs)).collect();
         let by_value =
             |broken_off| told.iter().find_map(|labels| by_value(&group, &runs, labels, broken_off));
-        if let Some(parts) = by_value(false).or_else(|| by_value(true)) {
+        let parts = by_value(false).or_else(|| by_value(true));
+        if let Some(parts) = parts.or_else(|| shifted::sets(&group, instances, &all)) {
             open.extend(parts.into_iter().rev());
+            continue;
+        }
+        if one_each {
+            done.push(group);
             continue;
         }
         let parts = told.iter().find_map(|labels| by_rank(&group, &runs, labels));
@@ -47,7 +54,7 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
 }
 
 /// One attribute's value in each frame of a group.
-struct Labels {
+pub(super) struct Labels {
     name: String,
     is_clock: bool,
     of: Vec<String>,
@@ -63,7 +70,7 @@ impl Labels {
     }
 
     /// The values there are, in order.
-    fn values(&self) -> Vec<&String> {
+    pub(super) fn values(&self) -> Vec<&String> {
         let mut values: Vec<&String> = self.of.iter().collect();
         values.sort_by(|a, b| compare_labels(a, b));
         values.dedup();
@@ -77,7 +84,8 @@ impl Labels {
 
 /// All that may tell images at one position apart, the surest first: what the scanner was set to,
 /// then the dimensions that a multi-frame file counts (PS3.3, C.7.6.17), then the type of samples.
-fn attributes(group: &Group, instances: &[Instance]) -> Vec<Labels> {
+/// Where positions hold one image each, the settings alone.
+fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Vec<Labels> {
     let each = |name: String, is_clock, label: &dyn Fn(&Instance, &Frame) -> Option<String>| {
         let own = |r: &FrameRef| {
             let (instance, frame) = r.get(instances)?;
@@ -87,9 +95,13 @@ fn attributes(group: &Group, instances: &[Instance]) -> Vec<Labels> {
         Labels { name, is_clock, of }
     };
     let mut all = Vec::new();
-    for (slot, name) in SPLITTERS.iter().enumerate() {
+    let n_splitters = if settings_alone { N_SETTINGS } else { SPLITTERS.len() };
+    for (slot, name) in SPLITTERS.iter().enumerate().take(n_splitters) {
         let label = |_: &Instance, f: &Frame| f.mixed.get(slot).cloned().flatten();
         all.push(each((*name).to_owned(), slot == CLOCK, &label));
+    }
+    if settings_alone {
+        return all;
     }
     let frames = || group.frames.iter().filter_map(|r| r.get(instances));
     let n_dimensions = frames().map(|(_, f)| f.dimensions.len()).max().unwrap_or(0);
@@ -141,7 +153,7 @@ fn by_value(
 }
 
 /// One part for each value.
-fn divide(group: &Group, labels: &Labels, values: &[&String]) -> Option<Vec<Group>> {
+pub(super) fn divide(group: &Group, labels: &Labels, values: &[&String]) -> Option<Vec<Group>> {
     let mut parts: Vec<Group> = Vec::with_capacity(values.len());
     for (n, value) in values.iter().enumerate() {
         let mut apart = group.apart.clone();
