@@ -1,5 +1,5 @@
-//! Repeats of a series that do not lie slice on slice, or that are broken off: each
-//! whole one is a volume, and nothing is interleaved.
+//! Repeats of a series that do not lie slice on slice, that are broken off, or that differ in
+//! worth: each whole one is a volume, nothing is interleaved, and the best is the default.
 
 use mcubes::error::Kind;
 use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study};
@@ -9,6 +9,7 @@ use crate::support::dicom::{EXPLICIT, Elements, Series};
 
 type Tag = (u16, u16);
 
+const IMAGE_TYPE: Tag = (0x0008, 0x0008);
 const ECHO_TIME: Tag = (0x0018, 0x0081);
 const ACQUISITION_NUMBER: Tag = (0x0020, 0x0012);
 const POSITION: Tag = (0x0020, 0x0032);
@@ -174,4 +175,33 @@ fn slices_that_no_whole_repeat_has_are_not_left_out_as_one_that_was_broken_off()
     });
     let error = study.open(0, &OpenOptions::default()).err().unwrap();
     assert_eq!(error.kind(), Kind::ConflictingSlices, "{error}");
+}
+
+#[test]
+fn what_was_measured_is_the_default_before_what_was_made_of_it() {
+    let cases: [(&[&str], usize); 5] = [
+        (&["DERIVED\\PRIMARY\\AXIAL", "ORIGINAL\\PRIMARY\\AXIAL"], 1),
+        (&["ORIGINAL\\PRIMARY\\I_FFE\\I\\FFE", "ORIGINAL\\PRIMARY\\M_FFE\\M\\FFE"], 1),
+        (&["ORIGINAL\\PRIMARY\\P\\ND", "ORIGINAL\\PRIMARY\\M\\ND", "ORIGINAL\\PRIMARY\\R\\ND"], 1),
+        (&["ORIGINAL\\PRIMARY\\IMAGINARY", "ORIGINAL\\PRIMARY\\MAGNITUDE"], 1),
+        (
+            &[
+                "DERIVED\\PRIMARY\\DIXON\\FAT",
+                "DERIVED\\PRIMARY\\DIXON\\IN",
+                "DERIVED\\PRIMARY\\DIXON\\WATER",
+            ],
+            2,
+        ),
+    ];
+    for (types, wanted) in cases {
+        let (_folder, study) = parts(&vec![8; types.len()], |part, _, data| {
+            set(data, IMAGE_TYPE, *b"CS", types[part]);
+        });
+        assert_eq!(study.volumes.len(), types.len(), "{types:?}");
+        let index = study.default().unwrap();
+        assert_eq!(parts_of(&study, index), [wanted.to_string()], "{types:?}");
+        let choice = study.choice(index).unwrap().to_string();
+        let meshed = choice.split(" is meshed").next().unwrap();
+        assert!(meshed.contains(types[wanted]), "{choice}");
+    }
 }

@@ -17,6 +17,7 @@ mod fragments;
 mod groups;
 mod guard;
 mod header;
+mod image_type;
 mod instance;
 pub mod jpegls;
 mod layout;

@@ -6,7 +6,8 @@ use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::ops::Range;
 
-use super::instance::{CLOCK, Frame, Instance, N_SETTINGS, SPLITTERS};
+use super::image_type;
+use super::instance::{CLOCK, Frame, IMAGE_TYPE, Instance, N_SETTINGS, SPLITTERS};
 use super::series::{FrameRef, Group, sort};
 use super::shifted;
 
@@ -57,6 +58,7 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
 pub(super) struct Labels {
     name: String,
     is_clock: bool,
+    is_image_type: bool,
     of: Vec<String>,
 }
 
@@ -72,9 +74,14 @@ impl Labels {
     /// The values there are, in order.
     pub(super) fn values(&self) -> Vec<&String> {
         let mut values: Vec<&String> = self.of.iter().collect();
-        values.sort_by(|a, b| compare_labels(a, b));
+        values.sort_by(|a, b| self.compare(a, b));
         values.dedup();
         values
+    }
+
+    fn compare(&self, a: &str, b: &str) -> Ordering {
+        let rank = |label| self.is_image_type.then(|| image_type::rank(label));
+        rank(a).cmp(&rank(b)).then_with(|| compare_labels(a, b))
     }
 
     fn get(&self, index: usize) -> &str {
@@ -86,19 +93,20 @@ impl Labels {
 /// then the dimensions that a multi-frame file counts (PS3.3, C.7.6.17), then the type of samples.
 /// Where positions hold one image each, the settings alone.
 fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Vec<Labels> {
-    let each = |name: String, is_clock, label: &dyn Fn(&Instance, &Frame) -> Option<String>| {
+    let each = |name: String, slot, label: &dyn Fn(&Instance, &Frame) -> Option<String>| {
         let own = |r: &FrameRef| {
             let (instance, frame) = r.get(instances)?;
             label(instance, frame)
         };
         let of = group.frames.iter().map(|r| own(r).unwrap_or_default()).collect();
-        Labels { name, is_clock, of }
+        let (is_clock, is_image_type) = (slot == Some(CLOCK), slot == Some(IMAGE_TYPE));
+        Labels { name, is_clock, is_image_type, of }
     };
     let mut all = Vec::new();
     let n_splitters = if settings_alone { N_SETTINGS } else { SPLITTERS.len() };
     for (slot, name) in SPLITTERS.iter().enumerate().take(n_splitters) {
         let label = |_: &Instance, f: &Frame| f.mixed.get(slot).cloned().flatten();
-        all.push(each((*name).to_owned(), slot == CLOCK, &label));
+        all.push(each((*name).to_owned(), Some(slot), &label));
     }
     if settings_alone {
         return all;
@@ -107,9 +115,9 @@ fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Ve
     let n_dimensions = frames().map(|(_, f)| f.dimensions.len()).max().unwrap_or(0);
     for dimension in 0..n_dimensions.min(MOST_DIMENSIONS) {
         let label = |_: &Instance, f: &Frame| f.dimensions.get(dimension).cloned();
-        all.push(each(format!("dimension {} index", dimension + 1), false, &label));
+        all.push(each(format!("dimension {} index", dimension + 1), None, &label));
     }
-    all.push(each("samples".to_owned(), false, &|i, _| Some(i.layout.stored_type().to_string())));
+    all.push(each("samples".to_owned(), None, &|i, _| Some(i.layout.stored_type().to_string())));
     all
 }
 
@@ -132,7 +140,7 @@ fn by_value(
         let own: HashSet<&String> = labels.of.get(run.clone())?.iter().collect();
         alone += usize::from(own.len() == 1 && own.contains(*values.last()?));
         for label in own {
-            let at = values.binary_search_by(|v| compare_labels(v, label)).ok()?;
+            let at = values.binary_search_by(|v| labels.compare(v, label)).ok()?;
             *covered.get_mut(at)? += 1;
         }
     }
@@ -166,7 +174,7 @@ pub(super) fn divide(group: &Group, labels: &Labels, values: &[&String]) -> Opti
         parts.push(Group { frames: Vec::new(), apart, ..*group });
     }
     for (reference, label) in group.frames.iter().zip(&labels.of) {
-        let at = values.binary_search_by(|v| compare_labels(v, label)).ok()?;
+        let at = values.binary_search_by(|v| labels.compare(v, label)).ok()?;
         parts.get_mut(at)?.frames.push(*reference);
     }
     Some(parts)
