@@ -118,6 +118,20 @@ fn a_slice_whose_echo_time_is_written_otherwise_stays_in_its_volume() {
 }
 
 #[test]
+fn an_echo_time_is_the_same_however_it_is_written() {
+    for shift in [0.0, 0.7] {
+        let (_folder, study) = parts(&[8, 8], |part, k, data| {
+            let time = if k % 2 == 0 { ["10", "20"] } else { ["10.0", "2.00e1"] };
+            set(data, ECHO_TIME, *b"DS", time[part]);
+            place(data, 2.0 * k as f64 + shift * part as f64);
+        });
+        let apart: Vec<_> = study.volumes.iter().filter_map(|v| v.apart.as_deref()).collect();
+        assert_eq!(apart, ["echo time 10", "echo time 20"], "{shift}");
+        assert_eq!(parts_of(&study, 1), ["1"], "{shift}");
+    }
+}
+
+#[test]
 fn interleaved_packages_and_blocks_of_slices_are_one_volume() {
     type Place = fn(usize, usize) -> f64;
     // Packages are told by their numbers; blocks follow each other, whatever numbers them.

@@ -93,12 +93,15 @@ impl Labels {
 /// then the dimensions that a multi-frame file counts (PS3.3, C.7.6.17), then the type of samples.
 /// Where positions hold one image each, the settings alone.
 fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Vec<Labels> {
-    let each = |name: String, slot, label: &dyn Fn(&Instance, &Frame) -> Option<String>| {
+    type Label<'a> = &'a dyn Fn(&Instance, &Frame) -> Option<String>;
+    let each = |name: String, slot: Option<usize>, label: Label<'_>| {
         let own = |r: &FrameRef| {
             let (instance, frame) = r.get(instances)?;
             label(instance, frame)
         };
-        let of = group.frames.iter().map(|r| own(r).unwrap_or_default()).collect();
+        let is_setting = slot.is_some_and(|slot| slot < N_SETTINGS);
+        let plain = |label: String| if is_setting { as_number(label) } else { label };
+        let of = group.frames.iter().map(|r| own(r).map(plain).unwrap_or_default()).collect();
         let (is_clock, is_image_type) = (slot == Some(CLOCK), slot == Some(IMAGE_TYPE));
         Labels { name, is_clock, is_image_type, of }
     };
@@ -119,6 +122,12 @@ fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Ve
     }
     all.push(each("samples".to_owned(), None, &|i, _| Some(i.layout.stored_type().to_string())));
     all
+}
+
+/// A number as it is written shortest: 10.0 is no other echo time than 10.
+fn as_number(label: String) -> String {
+    let number = label.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.map_or(label, |number| number.to_string())
 }
 
 /// Dimensions looked at: files have two to five.
