@@ -120,20 +120,9 @@ fn content_of(head: &[u8]) -> Content {
     ];
     match foreign.into_iter().find(|(magic, _)| head.starts_with(magic)) {
         Some((_, name)) => Content::Foreign(name),
-        None if is_bare_dicom(head) => Content::Dicom,
+        None if super::dicom::is_dicom(head) => Content::Dicom,
         None => Content::Unknown,
     }
-}
-
-/// Whether a file begins like a DICOM data set without the preamble: an element of group 0002 or
-/// 0008, with a value representation or a plausible length.
-fn is_bare_dicom(head: &[u8]) -> bool {
-    let &[g0, g1, e0, e1, a, b, c, d, ..] = head else { return false };
-    let explicit = a.is_ascii_uppercase() && b.is_ascii_uppercase();
-    let little = matches!((g0, g1), (2 | 8, 0)) && e1 == 0;
-    let big = matches!((g0, g1), (0, 2 | 8)) && e0 == 0;
-    let short = u32::from_le_bytes([a, b, c, d]) <= 256;
-    (little && (explicit || short)) || (big && explicit)
 }
 
 /// Opens the NIfTI file at `path`; `path` may be either part of a pair. Nothing but headers is

@@ -20,7 +20,10 @@ fn two_phases(groups: impl Fn(usize, usize, &mut Elements)) -> Elements {
 }
 
 /// A file with a frame for each phase and slice given; the samples are the phase.
-fn enhanced(frames: &[(usize, usize)], groups: impl Fn(usize, usize, &mut Elements)) -> Elements {
+pub(crate) fn enhanced(
+    frames: &[(usize, usize)],
+    groups: impl Fn(usize, usize, &mut Elements),
+) -> Elements {
     let mut orientation = Elements::default();
     orientation.text((0x0020, 0x0037), *b"DS", "1\\0\\0\\0\\1\\0");
     let mut measures = Elements::default();

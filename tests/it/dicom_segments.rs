@@ -1,7 +1,7 @@
 //! DICOM segmentations: frames without a sample of the segment may be left out (PS3.3, C.8.20.2),
 //! and what is not stored is empty.
 
-use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Selector, Study};
+use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Selector, Study, What};
 use tempfile::TempDir;
 
 use crate::dicom::values;
@@ -99,7 +99,13 @@ fn a_label_map_is_a_segmentation_and_not_chosen_beside_images() {
     assert_eq!(study.volumes.len(), 2);
     assert_eq!(study.volumes[study.default().unwrap()].series.uid, images.uid);
     assert_eq!(study.all(), [study.default().unwrap()]);
-    // By itself it is the volume.
-    let (_folder, study) = scan(&Segmentation::label_map(20));
-    assert_eq!(study.volumes[study.default().unwrap()].dims[2], 20);
+    // By itself it is the volume, in whatever colours its labels are to be shown.
+    for photometric in ["MONOCHROME2", "PALETTE COLOR"] {
+        let (_folder, study) = scan(&Segmentation { photometric, ..Segmentation::label_map(20) });
+        assert_eq!(study.volumes[study.default().unwrap()].dims[2], 20);
+    }
+    // Other pictures by a palette are colour pictures.
+    let binary = Segmentation::binary(&[(1, 0), (1, 1)], Measures::Shared);
+    let (_folder, study) = scan(&Segmentation { photometric: "PALETTE COLOR", ..binary });
+    assert_eq!((study.volumes.len(), study.set_aside[0].what), (0, What::Colour));
 }

@@ -267,6 +267,30 @@ impl Elements {
         self.0 = implicit;
     }
 
+    /// Writes the elements big endian; of sequences there are none.
+    pub(crate) fn make_big(&mut self) {
+        let mut big = Vec::new();
+        let mut rest = Self(std::mem::take(&mut self.0));
+        while !rest.0.is_empty() {
+            let ((group, element), value, end) = rest.first();
+            let vr = [rest.0[4], rest.0[5]];
+            big.extend(group.to_be_bytes());
+            big.extend(element.to_be_bytes());
+            big.extend(vr);
+            if is_long(&vr) {
+                big.extend([0, 0]);
+                big.extend(((end - value) as u32).to_be_bytes());
+            } else {
+                big.extend(((end - value) as u16).to_be_bytes());
+            }
+            let width = if matches!(&vr, b"US" | b"OW") { 2 } else { 1 };
+            rest.0[value..end].chunks_exact_mut(width).for_each(<[u8]>::reverse);
+            big.extend(&rest.0[value..end]);
+            rest.0.drain(..end);
+        }
+        self.0 = big;
+    }
+
     /// Encapsulates a compressed image as the pixels, which come last.
     pub(crate) fn set_image(&mut self, image: &[u8]) {
         let (from, ..) = self.find(PIXELS);

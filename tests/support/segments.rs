@@ -28,6 +28,7 @@ pub(crate) struct Segmentation {
     /// Segment and slice of each frame, in the order of the file.
     pub(crate) frames: Vec<(u16, usize)>,
     pub(crate) measures: Measures,
+    pub(crate) photometric: &'static str,
 }
 
 impl Segmentation {
@@ -37,6 +38,7 @@ impl Segmentation {
             kind: "BINARY",
             frames: frames.to_vec(),
             measures,
+            photometric: "MONOCHROME2",
         }
     }
 
@@ -47,6 +49,7 @@ impl Segmentation {
             kind: "LABELMAP",
             frames: (0..n_slices).map(|k| (1, k)).collect(),
             measures: Measures::Shared,
+            photometric: "MONOCHROME2",
         }
     }
 
@@ -70,7 +73,7 @@ impl Segmentation {
         data.text((0x0020, 0x0011), *b"IS", "300");
         data.text((0x0020, 0x0052), *b"UI", "1.2.826.0.1.3680043.9.7.0");
         data.short((0x0028, 0x0002), 1);
-        data.text((0x0028, 0x0004), *b"CS", "MONOCHROME2");
+        data.text((0x0028, 0x0004), *b"CS", self.photometric);
         data.text((0x0028, 0x0008), *b"IS", &self.frames.len().to_string());
         data.short((0x0028, 0x0010), ROWS as u16);
         data.short((0x0028, 0x0011), COLS as u16);

@@ -39,6 +39,8 @@ pub struct Candidate {
     pub is_segmentation: bool,
     pub(super) frames: Vec<FrameRef>,
     pub(super) uniform: bool,
+    /// Whether it is what there is of a repeat that was broken off.
+    pub(super) broken_off: bool,
 }
 
 impl Candidate {
@@ -49,9 +51,9 @@ impl Candidate {
             .filter(|p| !(span_gaps && matches!(p, DicomError::MissingSlices { .. })))
     }
 
-    /// Whether it has slices in space, whatever else is wrong with it.
+    /// Whether it has slices in space and is no fragment, whatever else is wrong with it.
     pub(super) fn is_plausible(&self) -> bool {
-        self.meta.is_some()
+        self.meta.is_some() && !self.broken_off
     }
 
     /// A line for lists: number, series, size.
@@ -77,7 +79,7 @@ pub(super) fn assess(
     let n_images = group.frames.len();
     let (first, _) = group.frames.first()?.get(instances)?;
     let runs = series::sort(&mut group, instances);
-    let mut notes = Vec::new();
+    let mut notes: Vec<Note> = first.odd.iter().map(|odd| Note::Other((*odd).to_owned())).collect();
     let (frames, doubles) = drop_doubles(&group, &runs, instances, cancel, &mut notes);
     let mut candidate = Candidate {
         number: 0,
@@ -90,6 +92,7 @@ pub(super) fn assess(
         is_segmentation: first.is_segmentation,
         frames,
         uniform: true,
+        broken_off: group.broken_off,
     };
     let problem = place(&mut candidate, &group, instances, notes);
     let file = || file_problem(&candidate, instances);
@@ -260,7 +263,9 @@ fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
             what.push(name.to_owned());
         }
     };
-    absent("ImagePositionPatient", all.iter().any(|(_, f)| f.position.is_none()));
+    let unplaced = all.iter().find_map(|(_, f)| f.unplaced);
+    let unknown = |f: &Frame| f.position.is_none() && f.unplaced.is_none();
+    absent("ImagePositionPatient", all.iter().any(|(_, f)| unknown(f)));
     absent("ImageOrientationPatient", all.iter().any(|(_, f)| f.orientation.is_none()));
     absent("PixelSpacing", all.iter().any(|(_, f)| f.spacing.is_none()));
     let mut names: Vec<&str> = all.iter().map(|(i, _)| i.name.as_str()).collect();
@@ -271,7 +276,9 @@ fn no_geometry(group: &Group, instances: &[Instance]) -> DicomError {
     if more > 0 {
         names = format!("{names} and {more} more");
     }
-    DicomError::NoGeometry { what: format!("no {}", what.join(", no ")), names }
+    let absent = what.iter().map(|name| format!("no {name}"));
+    let what: Vec<String> = unplaced.map(str::to_owned).into_iter().chain(absent).collect();
+    DicomError::NoGeometry { what: what.join(", "), names }
 }
 
 /// The first fault among the files that make up a candidate.

@@ -30,6 +30,38 @@ pub(super) fn has_long_length(vr: [u8; 2]) -> bool {
     VRS.chunks_exact(2).any(|long| long == vr)
 }
 
+/// The most that the first element of an item is believed to hold, where that is to say how the item
+/// is written: the letters of a VR that is not known, taken for a length, are more.
+const MOST_IN_FRONT: u64 = 0x1FFF;
+
+/// How the elements of an item are written, as its first one looks: tools that do not know a
+/// sequence copy its items as they are, whatever is written around them. `end` is where the item
+/// ends, where that is given.
+pub(super) fn item_encoding(
+    stream: &mut Stream<'_>,
+    around: Encoding,
+    end: Option<u64>,
+) -> Result<Encoding, FileFault> {
+    let room = end.or_else(|| stream.left().map(|left| stream.at().saturating_add(left)));
+    let room = room.map(|end| end.saturating_sub(stream.at()));
+    if room.is_some_and(|room| room < 8) {
+        return Ok(around);
+    }
+    let mut head = [0; 8];
+    let n = stream.fill(&mut head).map_err(FileFault::io)?;
+    stream.unread(head.get(..n).unwrap_or_default());
+    let [g0, g1, _, _, rest @ ..] = head;
+    // Delimiters never name a VR.
+    if n < 8 || [g0, g1] == [0xFE, 0xFF] || [g0, g1] == [0xFF, 0xFE] {
+        return Ok(around);
+    }
+    let length = if around.big { u32::from_be_bytes(rest) } else { u32::from_le_bytes(rest) };
+    let names_vr = is_vr([rest[0], rest[1]]);
+    let most = room.map_or(MOST_IN_FRONT, |room| MOST_IN_FRONT.min(room - 8));
+    let fits = length == UNDEFINED || u64::from(length) <= most;
+    Ok(Encoding { explicit: names_vr || (around.explicit && !fits), ..around })
+}
+
 /// The bytes of one value of a binary VR; 1 for text and bytes.
 pub(super) fn value_bytes(vr: [u8; 2]) -> u32 {
     match &vr {

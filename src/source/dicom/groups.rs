@@ -11,6 +11,16 @@ use crate::limits::MAX_FRAMES_BYTES;
 const POSITION: &str = "ImagePositionPatient";
 const ORIENTATION: &str = "ImageOrientationPatient";
 
+/// SOPClassUID of nuclear medicine.
+const NUCLEAR_CLASS: &str = "1.2.840.10008.5.1.4.1.1.20";
+
+/// See [`Frame::unplaced`].
+const ONE_POSITION: &str = "one ImagePositionPatient for all frames of the file, expected a PlanePositionSequence for each";
+/// See [`Frame::unplaced`].
+const NO_STEP: &str = "no SpacingBetweenSlices";
+/// See [`Frame::unplaced`].
+const TURNING: &str = "projections that turn around the patient (RotationVector)";
+
 /// The frames of one file, in the order of its pixels.
 ///
 /// # Errors
@@ -26,11 +36,20 @@ pub(super) fn frames(
     let top = plain(header, image_type)?;
     if per_frame.is_empty() && shared.is_none() {
         let detector = header::items(header, tags::DETECTOR_INFORMATION_SEQUENCE).first();
+        let is_nuclear =
+            header::text(header, tags::SOP_CLASS_UID).as_deref() == Some(NUCLEAR_CLASS);
+        let detector = detector.or(is_nuclear.then_some(header));
         return match detector {
-            Some(detector) if n_frames > 1 => nuclear(header, detector, &top, n_frames),
-            _ if n_frames == 1 => Ok(vec![top]),
-            // Frames without a word on where they lie.
-            _ => list(n_frames, |index| Ok(Frame { index, ..top.clone() })),
+            Some(detector) if n_frames > 1 => nuclear(header, detector, top, n_frames),
+            Some(detector) => Ok(vec![detected(detector, top)?]),
+            None if n_frames == 1 => Ok(vec![top]),
+            // Frames without a word on where each of them lies: a film, or a stack that no part of
+            // the standard gives a direction.
+            None => {
+                let unplaced = top.position.map(|_| ONE_POSITION);
+                let all = Frame { position: None, unplaced, ..top };
+                list(n_frames, |index| Ok(Frame { index, ..all.clone() }))
+            }
         };
     }
     // One item a frame (PS3.3, C.7.6.16.1.2); of fewer no frame knows its own. More are what is left
@@ -91,9 +110,10 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
     Ok(Frame {
         index: 0,
         position: position(header)?,
+        unplaced: None,
         orientation: orientation(header)?,
         spacing: spacing(header)?,
-        slice_spacing: slice_spacing(header)?,
+        slice_spacing: slice_spacing(header),
         slope,
         inter,
         segment: None,
@@ -118,7 +138,7 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     }
     if let Some(item) = group(tags::PIXEL_MEASURES_SEQUENCE) {
         frame.spacing = spacing(item)?.or(frame.spacing);
-        frame.slice_spacing = slice_spacing(item)?.or(frame.slice_spacing);
+        frame.slice_spacing = slice_spacing(item).or(frame.slice_spacing);
     }
     if let Some(item) = group(tags::PIXEL_VALUE_TRANSFORMATION_SEQUENCE)
         && let Some((slope, inter)) = rescale(item)?
@@ -164,16 +184,23 @@ fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Fra
     Ok(frame)
 }
 
+/// A frame that lies as its detector says (PS3.3, C.8.4.11), of several as the first.
+fn detected(detector: &Item, top: Frame) -> Result<Frame, FileFault> {
+    let position = position(detector)?.or(top.position);
+    let orientation = orientation(detector)?.or(top.orientation);
+    Ok(Frame { position, orientation, ..top })
+}
+
 /// Slices of nuclear medicine: the first one's place, then steps of SpacingBetweenSlices along the
 /// normal (PS3.3, C.8.4.15 and C.8.4.8).
 fn nuclear(
     header: &Item,
     detector: &Item,
-    top: &Frame,
+    top: Frame,
     n_frames: u64,
 ) -> Result<Vec<Frame>, FileFault> {
-    let orientation = orientation(detector)?.or(top.orientation);
-    let position = position(detector)?.or(top.position);
+    let top = detected(detector, top)?;
+    let (orientation, position) = (top.orientation, top.position);
     let slices = header::numbers(header, tags::SLICE_VECTOR, "SliceVector")?;
     let mut vectors = vec![
         ("energy window", header::texts(header, tags::ENERGY_WINDOW_VECTOR)),
@@ -186,10 +213,16 @@ fn nuclear(
     vectors.retain(|(_, values)| values.iter().any(|v| Some(v) != values.first()));
     // Projections turn around the patient: no slices.
     let turns = !header::texts(header, tags::ROTATION_VECTOR).is_empty();
+    let step = top.slice_spacing.filter(|&step| step != 0.0);
+    let unplaced = match step {
+        _ if turns => Some(TURNING),
+        None => position.map(|_| NO_STEP),
+        Some(_) => None,
+    };
     let frame = |index: u64| {
         let at = usize::try_from(index).unwrap_or(usize::MAX);
         let number = slices.get(at).map_or(index as f64, |s| s - 1.0);
-        let placed = position.zip(orientation).zip(top.slice_spacing).filter(|_| !turns).map(
+        let placed = position.zip(orientation).zip(step).filter(|_| !turns).map(
             |((position, [a, b, c, d, e, f]), step)| {
                 add(position, scale(cross([a, b, c], [d, e, f]), number * step))
             },
@@ -199,7 +232,7 @@ fn nuclear(
             .filter_map(|(name, values)| Some(format!("{name} {}", values.get(at)?)))
             .collect();
         let apart = apart.join(", ");
-        Ok(Frame { index, position: placed, orientation, apart, ..top.clone() })
+        Ok(Frame { index, position: placed, unplaced, apart, ..top.clone() })
     };
     list(n_frames, frame)
 }
@@ -246,8 +279,9 @@ fn spacing(item: &Item) -> Result<Option<[f64; 2]>, FileFault> {
     }
 }
 
-fn slice_spacing(item: &Item) -> Result<Option<f64>, FileFault> {
-    header::number(item, tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices")
+/// What is no number is none: where images have positions nothing depends on it.
+fn slice_spacing(item: &Item) -> Option<f64> {
+    header::number(item, tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices").ok().flatten()
 }
 
 /// Slope and intercept, where either is given.

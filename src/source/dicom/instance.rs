@@ -50,6 +50,8 @@ pub(super) struct Instance {
     pub(super) number: i64,
     /// Stored values that stand for nothing, both ends included.
     pub(super) padding: Option<Padding>,
+    /// What is odd about it and of no harm, for notes.
+    pub(super) odd: Vec<&'static str>,
     /// What is wrong with the pixels, seen without reading them.
     pub(super) fault: Option<FileFault>,
     pub(super) frames: Vec<Frame>,
@@ -62,6 +64,8 @@ pub(super) struct Frame {
     pub(super) index: u64,
     /// ImagePositionPatient, LPS mm.
     pub(super) position: Option<Vec3>,
+    /// Why there is no position, where it is not that ImagePositionPatient is absent.
+    pub(super) unplaced: Option<&'static str>,
     /// ImageOrientationPatient.
     pub(super) orientation: Option<[f64; 6]>,
     /// PixelSpacing: between rows, between columns, mm.
@@ -118,6 +122,12 @@ pub(super) const SPLITTERS: [&str; 14] = [
     "time",
 ];
 
+/// So many of the first splitters are set by the scanner for whole volumes.
+pub(super) const N_SETTINGS: usize = 3;
+
+/// The splitter whose values are not all as good as each other.
+pub(super) const IMAGE_TYPE: usize = 4;
+
 /// The splitter that is a time of day.
 pub(super) const CLOCK: usize = SPLITTERS.len() - 1;
 
@@ -158,7 +168,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     let series = header::label(header, tags::SERIES_NUMBER);
     let image_type = header::texts(header, tags::IMAGE_TYPE);
     let Some(element) = walked.pixels else {
-        if header::text(header, tags::ROWS).is_some() {
+        let has_rows = header::text(header, tags::ROWS).is_some();
+        if set_aside::lacks_pixels(class.as_deref(), has_rows) {
             return Err(FileFault::Missing { attribute: "PixelData" });
         }
         let what = set_aside::without_pixels(class.as_deref());
@@ -173,7 +184,8 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     }
     let layout = Layout::read(header, walked, &element)?;
     let n_frames = match header::integer(header, tags::NUMBER_OF_FRAMES, "NumberOfFrames")? {
-        None => 1,
+        // Single images of some writers say that they have none.
+        None | Some(0) => 1,
         Some(n @ 1..) => n as u64,
         Some(n) => return Err(bad("NumberOfFrames", &n.to_string(), "at least 1")),
     };
@@ -204,6 +216,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
             .flatten()
             .unwrap_or(0),
         padding,
+        odd: Vec::new(),
         fault,
         frames,
     })))

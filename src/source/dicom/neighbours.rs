@@ -11,6 +11,7 @@ use crate::volume::Note;
 struct Neighbour {
     apart: Option<String>,
     n_images: usize,
+    broken_off: bool,
 }
 
 /// Says of each volume which images under its UID are not part of it, and why: what sets volumes
@@ -18,20 +19,34 @@ struct Neighbour {
 pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
     let all: Vec<Neighbour> = volumes
         .iter()
-        .map(|v| Neighbour { apart: v.apart.clone(), n_images: v.series.n_images })
+        .map(|v| Neighbour {
+            apart: v.apart.clone(),
+            n_images: v.series.n_images,
+            broken_off: v.broken_off,
+        })
         .collect();
     let firsts: Vec<Option<(&Instance, &Frame)>> =
         volumes.iter().map(|v| v.frames.first().and_then(|r| r.get(instances))).collect();
     for (index, volume) in volumes.iter_mut().enumerate() {
         let Some(own) = firsts.get(index).copied().flatten() else { continue };
+        // An image alone may belong to the series of this name in another study.
+        let is_alone = matches!(volume.problem, Some(DicomError::TooFew { .. }))
+            && !own.0.series_uid.is_empty();
         let (mut left_out, mut first, mut reasons) = (0, None, Vec::new());
         for (other, (neighbour, frame)) in all.iter().zip(&firsts).enumerate() {
-            let apart = neighbour.apart == volume.apart && other != index;
-            let same = |f: &(&Instance, &Frame)| apart && series::same_series(own.0, f.0);
+            let of = neighbour.apart == volume.apart || neighbour.broken_off && !volume.broken_off;
+            let same = |f: &(&Instance, &Frame)| {
+                let same_uid = is_alone && own.0.series_uid == f.0.series_uid;
+                of && other != index && (same_uid || series::same_series(own.0, f.0))
+            };
             let Some(frame) = frame.filter(same) else { continue };
             left_out += neighbour.n_images;
             first.get_or_insert_with(|| frame_name(frame));
-            reasons.extend(differences(own, frame));
+            if let Some(apart) = neighbour.apart.as_ref().filter(|_| neighbour.broken_off) {
+                reasons.push(format!("{apart} was broken off"));
+            } else {
+                reasons.extend(differences(own, frame));
+            }
         }
         let Some(first) = first else { continue };
         // Rising order, so that several neighbours of one kind are one reason.
@@ -60,6 +75,12 @@ fn differences(own: (&Instance, &Frame), other: (&Instance, &Frame)) -> Vec<Stri
     let all = [
         ((a.rows, a.cols) != (b.rows, b.cols)).then_some(size),
         (series::samples(a) != series::samples(b)).then_some(samples),
+        attribute(
+            "StudyInstanceUID",
+            own.0.study_uid.as_ref(),
+            other.0.study_uid.as_ref(),
+            PartialEq::eq,
+        ),
         attribute(
             "FrameOfReferenceUID",
             own.0.frame_of_reference.as_ref(),

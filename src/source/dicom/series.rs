@@ -35,6 +35,8 @@ pub(super) struct Group {
     pub(super) apart: Vec<String>,
     /// How its frames lie; nothing where they do not say.
     pub(super) facing: Option<Facing>,
+    /// Whether it is what there is of a repeat that was broken off.
+    pub(super) broken_off: bool,
 }
 
 #[derive(PartialEq, Eq, Hash)]
@@ -134,7 +136,7 @@ pub(super) fn group(instances: &[Instance]) -> Vec<Group> {
                 alike.push(groups.len());
                 let apart =
                     if frame.apart.is_empty() { Vec::new() } else { vec![frame.apart.clone()] };
-                groups.push(Group { frames: vec![reference], apart, facing });
+                groups.push(Group { frames: vec![reference], apart, facing, broken_off: false });
             }
         }
     }

@@ -4,8 +4,13 @@
 pub(super) const DIRECTORY_CLASS: &str = "1.2.840.10008.1.3.10";
 
 /// SOPClassUID of segmentations and of label maps.
-const SEGMENTATION_CLASSES: [&str; 2] =
-    ["1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"];
+const SEGMENTATION_CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.66.4", LABEL_MAP_CLASS];
+
+/// SOPClassUID of label maps.
+const LABEL_MAP_CLASS: &str = "1.2.840.10008.5.1.4.1.1.66.7";
+
+/// SOPClassUID of MR spectroscopy, which has rows and columns of spectra and no pixels.
+const SPECTROSCOPY_CLASS: &str = "1.2.840.10008.5.1.4.1.1.4.2";
 
 /// What a file is that is no slice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,6 +30,8 @@ pub enum What {
     Presentation,
     /// A DICOMDIR.
     Directory,
+    /// Spectra (MR spectroscopy).
+    Spectroscopy,
     /// Something else without pixels.
     NoPixels,
     /// A file that is no DICOM.
@@ -50,6 +57,8 @@ impl What {
             Self::Presentation => "presentation states",
             Self::Directory if one => "DICOMDIR",
             Self::Directory => "DICOMDIRs",
+            Self::Spectroscopy if one => "spectroscopy object",
+            Self::Spectroscopy => "spectroscopy objects",
             Self::NoPixels if one => "object without pixels",
             Self::NoPixels => "objects without pixels",
             Self::Foreign if one => "file that is no DICOM",
@@ -76,6 +85,11 @@ pub(super) fn is_segmentation(class: Option<&str>, modality: Option<&str>) -> bo
     class.is_some_and(|c| SEGMENTATION_CLASSES.contains(&c)) || modality == Some("SEG")
 }
 
+/// Whether an object without pixels should have them, having rows.
+pub(super) fn lacks_pixels(class: Option<&str>, has_rows: bool) -> bool {
+    has_rows && class != Some(SPECTROSCOPY_CLASS)
+}
+
 /// What an object without pixels is, by its SOP class.
 pub(super) fn without_pixels(class: Option<&str>) -> What {
     let Some(storage) = class.and_then(|c| c.strip_prefix("1.2.840.10008.5.1.4.1.1.")) else {
@@ -85,6 +99,7 @@ pub(super) fn without_pixels(class: Option<&str>) -> What {
         Some("88" | "104") => What::Report,
         Some("481") => What::Radiotherapy,
         Some("11") => What::Presentation,
+        _ if class == Some(SPECTROSCOPY_CLASS) => What::Spectroscopy,
         _ => What::NoPixels,
     }
 }
@@ -100,7 +115,12 @@ pub(super) fn with_pixels(
     if storage.starts_with("481.") {
         return Some(What::Radiotherapy);
     }
-    let grey = matches!(photometric, None | Some("MONOCHROME1" | "MONOCHROME2"));
+    // The palette of a label map says how labels are shown, and its samples are the labels.
+    let grey = match photometric {
+        None | Some("MONOCHROME1" | "MONOCHROME2") => true,
+        Some("PALETTE COLOR") => class == Some(LABEL_MAP_CLASS),
+        Some(_) => false,
+    };
     if samples.is_some_and(|n| n != 1) || !grey {
         return Some(What::Colour);
     }

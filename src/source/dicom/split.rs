@@ -1,15 +1,19 @@
 //! What a series mixes at the same positions (echoes, phases, tube voltages, repeats) becomes
-//! volumes of their own. Nothing is split where positions hold one image each.
+//! volumes of their own. Where positions hold one image each, only echoes and time points that lie
+//! beside each other are split (`shifted`).
 
+use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::ops::Range;
 
-use super::instance::{CLOCK, Frame, Instance, SPLITTERS};
+use super::image_type;
+use super::instance::{CLOCK, Frame, IMAGE_TYPE, Instance, N_SETTINGS, SPLITTERS};
 use super::series::{FrameRef, Group, sort};
+use super::shifted;
 
 /// Where this share of the positions holds the same number of images, all of them were meant to;
 /// a part of such a group covers this share of the positions or is a fragment.
-const SHARE: f64 = 0.75;
+pub(super) const SHARE: f64 = 0.75;
 
 /// Splits a group whose positions hold several images by what the series mixes: echoes, time
 /// points, ... Groups that mix nothing come back as they are.
@@ -22,16 +26,23 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
     while let Some(mut group) = open.pop() {
         let runs = sort(&mut group, instances);
         // Images that all lie at one position are no volumes, however they are split.
-        if runs.len() < 2 || runs.iter().all(|run| run.len() < 2) {
+        if runs.len() < 2 {
             done.push(group);
             continue;
         }
-        let told: Vec<Labels> = attributes(&group, instances)
-            .into_iter()
-            .filter(|labels| labels.tell_apart(&runs))
-            .collect();
-        if let Some(parts) = told.iter().find_map(|labels| by_value(&group, &runs, labels)) {
+        let one_each = runs.iter().all(|run| run.len() < 2);
+        let all = attributes(&group, instances, one_each);
+        let told: Vec<&Labels> =
+            all.iter().filter(|labels| !one_each && labels.tell_apart(&runs)).collect();
+        let by_value =
+            |broken_off| told.iter().find_map(|labels| by_value(&group, &runs, labels, broken_off));
+        let parts = by_value(false).or_else(|| by_value(true));
+        if let Some(parts) = parts.or_else(|| shifted::sets(&group, instances, &all)) {
             open.extend(parts.into_iter().rev());
+            continue;
+        }
+        if one_each {
+            done.push(group);
             continue;
         }
         let parts = told.iter().find_map(|labels| by_rank(&group, &runs, labels));
@@ -44,9 +55,10 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
 }
 
 /// One attribute's value in each frame of a group.
-struct Labels {
+pub(super) struct Labels {
     name: String,
     is_clock: bool,
+    is_image_type: bool,
     of: Vec<String>,
 }
 
@@ -59,6 +71,19 @@ impl Labels {
         })
     }
 
+    /// The values there are, in order.
+    pub(super) fn values(&self) -> Vec<&String> {
+        let mut values: Vec<&String> = self.of.iter().collect();
+        values.sort_by(|a, b| self.compare(a, b));
+        values.dedup();
+        values
+    }
+
+    fn compare(&self, a: &str, b: &str) -> Ordering {
+        let rank = |label| self.is_image_type.then(|| image_type::rank(label));
+        rank(a).cmp(&rank(b)).then_with(|| compare_labels(a, b))
+    }
+
     fn get(&self, index: usize) -> &str {
         self.of.get(index).map_or("", String::as_str)
     }
@@ -66,49 +91,86 @@ impl Labels {
 
 /// All that may tell images at one position apart, the surest first: what the scanner was set to,
 /// then the dimensions that a multi-frame file counts (PS3.3, C.7.6.17), then the type of samples.
-fn attributes(group: &Group, instances: &[Instance]) -> Vec<Labels> {
-    let each = |name: String, is_clock, label: &dyn Fn(&Instance, &Frame) -> Option<String>| {
+/// Where positions hold one image each, the settings alone.
+fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Vec<Labels> {
+    type Label<'a> = &'a dyn Fn(&Instance, &Frame) -> Option<String>;
+    let each = |name: String, slot: Option<usize>, label: Label<'_>| {
         let own = |r: &FrameRef| {
             let (instance, frame) = r.get(instances)?;
             label(instance, frame)
         };
-        let of = group.frames.iter().map(|r| own(r).unwrap_or_default()).collect();
-        Labels { name, is_clock, of }
+        let is_setting = slot.is_some_and(|slot| slot < N_SETTINGS);
+        let plain = |label: String| if is_setting { as_number(label) } else { label };
+        let of = group.frames.iter().map(|r| own(r).map(plain).unwrap_or_default()).collect();
+        let (is_clock, is_image_type) = (slot == Some(CLOCK), slot == Some(IMAGE_TYPE));
+        Labels { name, is_clock, is_image_type, of }
     };
     let mut all = Vec::new();
-    for (slot, name) in SPLITTERS.iter().enumerate() {
+    let n_splitters = if settings_alone { N_SETTINGS } else { SPLITTERS.len() };
+    for (slot, name) in SPLITTERS.iter().enumerate().take(n_splitters) {
         let label = |_: &Instance, f: &Frame| f.mixed.get(slot).cloned().flatten();
-        all.push(each((*name).to_owned(), slot == CLOCK, &label));
+        all.push(each((*name).to_owned(), Some(slot), &label));
+    }
+    if settings_alone {
+        return all;
     }
     let frames = || group.frames.iter().filter_map(|r| r.get(instances));
     let n_dimensions = frames().map(|(_, f)| f.dimensions.len()).max().unwrap_or(0);
     for dimension in 0..n_dimensions.min(MOST_DIMENSIONS) {
         let label = |_: &Instance, f: &Frame| f.dimensions.get(dimension).cloned();
-        all.push(each(format!("dimension {} index", dimension + 1), false, &label));
+        all.push(each(format!("dimension {} index", dimension + 1), None, &label));
     }
-    all.push(each("samples".to_owned(), false, &|i, _| Some(i.layout.stored_type().to_string())));
+    all.push(each("samples".to_owned(), None, &|i, _| Some(i.layout.stored_type().to_string())));
     all
+}
+
+/// A number as it is written shortest: 10.0 is no other echo time than 10.
+fn as_number(label: String) -> String {
+    let number = label.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.map_or(label, |number| number.to_string())
 }
 
 /// Dimensions looked at: files have two to five.
 const MOST_DIMENSIONS: usize = 16;
 
-/// One part for each value, if none of them is a fragment.
-fn by_value(group: &Group, runs: &[Range<usize>], labels: &Labels) -> Option<Vec<Group>> {
-    let mut values: Vec<&String> = labels.of.iter().collect();
-    values.sort_by(|a, b| compare_labels(a, b));
-    values.dedup();
+/// One part for each value, if each is a volume; or, where that is asked for, all but the last: a
+/// repeat that was broken off.
+fn by_value(
+    group: &Group,
+    runs: &[Range<usize>],
+    labels: &Labels,
+    broken_off: bool,
+) -> Option<Vec<Group>> {
+    let values = labels.values();
     let mut covered = vec![0_usize; values.len()];
+    // Positions of the last value that no other one has.
+    let mut alone = 0_usize;
     for run in runs {
         let own: HashSet<&String> = labels.of.get(run.clone())?.iter().collect();
+        alone += usize::from(own.len() == 1 && own.contains(*values.last()?));
         for label in own {
-            let at = values.binary_search_by(|v| compare_labels(v, label)).ok()?;
+            let at = values.binary_search_by(|v| labels.compare(v, label)).ok()?;
             *covered.get_mut(at)? += 1;
         }
     }
-    if !all_whole(&covered, runs, labels.is_clock) {
+    if !broken_off {
+        let whole = all_whole(&covered, runs, labels.is_clock);
+        return whole.then(|| divide(group, labels, &values)).flatten();
+    }
+    // Words and times of day do not say which repeat was the last.
+    let counts = !labels.is_clock && values.iter().all(|value| value.parse::<f64>().is_ok());
+    let (_, whole) = covered.split_last()?;
+    let share = SHARE * runs.len() as f64;
+    if !counts || alone > 0 || whole.is_empty() || whole.iter().any(|&n| (n as f64) < share) {
         return None;
     }
+    let mut parts = divide(group, labels, &values)?;
+    parts.last_mut()?.broken_off = true;
+    Some(parts)
+}
+
+/// One part for each value.
+pub(super) fn divide(group: &Group, labels: &Labels, values: &[&String]) -> Option<Vec<Group>> {
     let mut parts: Vec<Group> = Vec::with_capacity(values.len());
     for (n, value) in values.iter().enumerate() {
         let mut apart = group.apart.clone();
@@ -118,10 +180,10 @@ fn by_value(group: &Group, runs: &[Range<usize>], labels: &Labels) -> Option<Vec
             "" => format!("{} none", labels.name),
             value => format!("{} {value}", labels.name),
         });
-        parts.push(Group { frames: Vec::new(), apart, facing: group.facing });
+        parts.push(Group { frames: Vec::new(), apart, ..*group });
     }
     for (reference, label) in group.frames.iter().zip(&labels.of) {
-        let at = values.binary_search_by(|v| compare_labels(v, label)).ok()?;
+        let at = values.binary_search_by(|v| labels.compare(v, label)).ok()?;
         parts.get_mut(at)?.frames.push(*reference);
     }
     Some(parts)
@@ -155,7 +217,7 @@ fn by_rank(group: &Group, runs: &[Range<usize>], labels: &Labels) -> Option<Vec<
     if labels.of.iter().any(|label| label.parse::<f64>().is_err()) {
         return None;
     }
-    let mut parts = vec![Group { facing: group.facing, ..Group::default() }; count];
+    let mut parts = vec![Group { frames: Vec::new(), apart: Vec::new(), ..*group }; count];
     for run in runs {
         let mut own: Vec<usize> = run.clone().collect();
         own.sort_by(|&a, &b| compare_labels(labels.get(a), labels.get(b)));
@@ -215,7 +277,7 @@ fn repeats(group: &Group, runs: &[Range<usize>], instances: &[Instance]) -> Opti
         let mut apart = group.apart.clone();
         apart.push(format!("repeat {} of {count}", n + 1));
         let frames = repeat.iter().map(|(_, r)| *r).collect();
-        Group { frames, apart, facing: group.facing }
+        Group { frames, apart, ..*group }
     };
     Some(repeats.iter().enumerate().map(part).collect())
 }
@@ -234,11 +296,11 @@ fn one_after_another(lists: &[Vec<Numbered>]) -> bool {
 }
 
 /// Numbers by value, then everything else by its letters.
-fn compare_labels(a: &str, b: &str) -> std::cmp::Ordering {
+fn compare_labels(a: &str, b: &str) -> Ordering {
     match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(x), Ok(y)) => x.total_cmp(&y).then_with(|| a.cmp(b)),
-        (Ok(_), Err(_)) if !b.is_empty() => std::cmp::Ordering::Less,
-        (Err(_), Ok(_)) if !a.is_empty() => std::cmp::Ordering::Greater,
+        (Ok(_), Err(_)) if !b.is_empty() => Ordering::Less,
+        (Err(_), Ok(_)) if !a.is_empty() => Ordering::Greater,
         _ => a.cmp(b),
     }
 }

@@ -1,7 +1,7 @@
 //! Where a file begins: preamble, file meta group, and how the data set after it is written.
 
 use super::blob::Stream;
-use super::element::{Encoding, append, defined_length, is_vr, read_element, skip};
+use super::element::{Encoding, append, defined_length, is_vr, item_encoding, read_element, skip};
 use super::error::{FileFault, Tag};
 
 pub(super) const EXPLICIT_LITTLE: &str = "1.2.840.10008.1.2.1";
@@ -15,16 +15,37 @@ pub(super) fn looks_like_dicom(head: &[u8]) -> bool {
     head.get(128..132) == Some(b"DICM") || starts_with_element(head)
 }
 
-/// A first element of group 2 or 8 with a small length: no other format begins like that.
+/// A first element of group 2 or 8 with a small length: no other format begins like that. One of
+/// group 8 that is big endian names its VR.
 fn starts_with_element(head: &[u8]) -> bool {
     let Some(&[g0, g1, e0, e1, v0, v1, l0, l1]) = head.first_chunk::<8>() else { return false };
+    let explicit = is_vr([v0, v1]);
+    if is_big(head) {
+        return u16::from_be_bytes([e0, e1]) <= MOST_FIRST;
+    }
     let (group, element) = (u16::from_le_bytes([g0, g1]), u16::from_le_bytes([e0, e1]));
-    if !matches!(group, 2 | 8) || element > 0x1155 {
+    if !matches!(group, 2 | 8) || element > MOST_FIRST {
         return false;
     }
-    let explicit = is_vr([v0, v1]);
     let implicit_length = u32::from_le_bytes([v0, v1, l0, l1]);
     explicit || (group == 8 && implicit_length <= 256 && implicit_length.is_multiple_of(2))
+}
+
+/// The highest number that a file's first element has in its group.
+const MOST_FIRST: u16 = 0x1155;
+
+/// Whether an element of group 8 that names its VR begins here, its high bytes first.
+fn is_big(head: &[u8]) -> bool {
+    matches!(head, &[0, 8, _, _, v0, v1, ..] if is_vr([v0, v1]))
+}
+
+/// The transfer syntax of an uncompressed data set that is written so.
+pub(super) fn syntax_of(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding { explicit: true, big: true } => EXPLICIT_BIG,
+        Encoding { explicit: true, big: false } => EXPLICIT_LITTLE,
+        Encoding { explicit: false, .. } => IMPLICIT_LITTLE,
+    }
 }
 
 /// Passes the preamble. True where the file says that it is DICOM: by the mark, or by a meta group.
@@ -49,10 +70,11 @@ pub(super) struct MetaGroup {
     pub(super) media_class: Option<String>,
 }
 
-/// Reads the file meta group (always explicit, little endian), if there is one.
+/// Reads the file meta group, if there is one. It is little endian, and explicit where its writer
+/// keeps to the standard.
 pub(super) fn read_meta(stream: &mut Stream<'_>) -> Result<MetaGroup, FileFault> {
     let mut meta = MetaGroup::default();
-    let encoding = Encoding { explicit: true, big: false };
+    let around = Encoding { explicit: true, big: false };
     loop {
         let mut group = [0; 2];
         let n = stream.fill(&mut group).map_err(FileFault::io)?;
@@ -60,6 +82,7 @@ pub(super) fn read_meta(stream: &mut Stream<'_>) -> Result<MetaGroup, FileFault>
         if n < 2 || u16::from_le_bytes(group) != 2 {
             return Ok(meta);
         }
+        let encoding = item_encoding(stream, around, None)?;
         let Some(element) = read_element(stream, encoding)? else { return Ok(meta) };
         let length = defined_length(&element, stream)?;
         let wanted = match element.tag {
@@ -92,6 +115,7 @@ pub(super) fn settle_encoding(
     let names_vr = is_vr([head[4], head[5]]);
     Ok(match syntax {
         Some(EXPLICIT_BIG) => Encoding { explicit: true, big: true },
+        None if is_big(&head) => Encoding { explicit: true, big: true },
         Some(IMPLICIT_LITTLE) | None => Encoding { explicit: names_vr, big: false },
         Some(_) => Encoding { explicit: names_vr || n < 6, big: false },
     })

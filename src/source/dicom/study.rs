@@ -7,6 +7,7 @@ use super::candidate::{Candidate, assess};
 use super::error::{DicomError, FileFault};
 use super::every::{Stray, strays};
 use super::instance::Instance;
+use super::lone;
 use super::neighbours;
 use super::pixels::Pixels;
 use super::planes;
@@ -70,6 +71,7 @@ impl Study {
     ) -> Self {
         instances.sort_by(|a, b| series_order(a, b).then_with(|| a.name.cmp(&b.name)));
         series::complete(&mut instances);
+        lone::join(&mut instances);
         let mut volumes: Vec<Candidate> = series::group(&instances)
             .into_iter()
             .flat_map(|group| split::split(group, &instances))

@@ -112,6 +112,11 @@ pub(super) fn is_kept(tag: Tag) -> bool {
     KEPT.contains(&tag)
 }
 
+/// Whether an element is padding, as samples have it.
+pub(super) fn is_padding(tag: Tag) -> bool {
+    matches!(tag, PIXEL_PADDING_VALUE | PIXEL_PADDING_RANGE_LIMIT)
+}
+
 /// Whether an element holds the pixels.
 pub(super) fn is_pixels(tag: Tag) -> bool {
     matches!(tag, FLOAT_PIXEL_DATA | DOUBLE_FLOAT_PIXEL_DATA | PIXEL_DATA)

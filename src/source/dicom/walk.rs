@@ -7,7 +7,7 @@
 use super::blob::Stream;
 use super::element::{
     Element, Encoding, UNDEFINED, append, check_whole, defined_length, has_long_length,
-    read_element, skip, standard_vr, value_bytes,
+    item_encoding, read_element, skip, standard_vr, value_bytes,
 };
 use super::error::{FileFault, Tag};
 use super::start::{self, find_start, read_meta, settle_encoding};
@@ -76,9 +76,7 @@ pub(super) fn walk_keeping(mut stream: Stream<'_>, more: &[Tag]) -> Result<Walke
         stream = stream.inflate();
     }
     let encoding = settle_encoding(&mut stream, meta.syntax.as_deref())?;
-    let syntax = meta.syntax.unwrap_or_else(|| {
-        if encoding.explicit { start::EXPLICIT_LITTLE } else { start::IMPLICIT_LITTLE }.to_owned()
-    });
+    let syntax = meta.syntax.unwrap_or_else(|| start::syntax_of(encoding).to_owned());
     let mut walker = Walker { stream, encoding, more, kept: Vec::new(), levels: Vec::new() };
     match walker.run() {
         Ok(pixels) => Ok(Walked {
@@ -135,6 +133,8 @@ impl Walker<'_> {
                 };
             };
             match self.levels.last().map(|l| l.kind) {
+                // One delimiter too many ends nothing.
+                None if is_delimiter(&element) => {}
                 None => {
                     if tags::is_pixels(element.tag) {
                         return Ok(Some(self.pixels(&element)));
@@ -148,6 +148,12 @@ impl Walker<'_> {
                 Some(LevelKind::Item) => {
                     if element.tag == ITEM_END {
                         self.close();
+                    } else if element.tag == SEQUENCE_END && self.is_open_ended() {
+                        // The item's own delimiter was left out.
+                        self.close();
+                        if self.is_open_ended() {
+                            self.close();
+                        }
                     } else {
                         self.element(&element)?;
                     }
@@ -172,18 +178,31 @@ impl Walker<'_> {
         self.levels.last().map_or(self.encoding, |level| level.encoding)
     }
 
+    /// Whether a delimiter ends the innermost level.
+    fn is_open_ended(&self) -> bool {
+        self.levels.last().is_some_and(|level| level.end.is_none())
+    }
+
     fn in_sequence(&mut self, element: &Element) -> Result<(), FileFault> {
         let Some(level) = self.levels.last() else { return Ok(()) };
         match element.tag {
             ITEM => {
-                let (kept, encoding) = (level.kept, level.encoding);
+                let (kept, around) = (level.kept, level.encoding);
                 let end = self.end_of(element)?;
+                // A file that is implicit has no sequences of unknown VR.
+                let encoding = if self.encoding.explicit {
+                    item_encoding(&mut self.stream, around, end)?
+                } else {
+                    around
+                };
                 self.open(Level { kind: LevelKind::Item, tag: ITEM, end, kept, encoding }, *b"  ")
             }
             SEQUENCE_END => {
                 self.close();
                 Ok(())
             }
+            // An item of a length of its own that has a delimiter too.
+            ITEM_END if is_delimiter(element) => Ok(()),
             tag => Err(FileFault::BadElement { tag, what: "found where an item was expected" }),
         }
     }
@@ -229,6 +248,7 @@ impl Walker<'_> {
             let what = "longer than 65535 bytes, too long for its value representation";
             return Err(FileFault::BadElement { tag, what });
         }
+        let at = self.kept.len();
         self.emit(tag, vr, element.length)?;
         let start = self.kept.len();
         append(&mut self.stream, length, &mut self.kept)?;
@@ -236,7 +256,23 @@ impl Walker<'_> {
             let value = self.kept.get_mut(start..).unwrap_or_default();
             value.chunks_exact_mut(value_bytes(vr) as usize).for_each(<[u8]>::reverse);
         }
+        if tags::is_padding(tag) && value_bytes(vr) == 1 {
+            self.make_binary(tag, at, start);
+        }
         Ok(())
+    }
+
+    /// Writes padding that was kept as text as a number of its own VR: `dicom-object` takes the bytes
+    /// for one in any case, where samples have a sign.
+    fn make_binary(&mut self, tag: Tag, at: usize, start: usize) {
+        let text = String::from_utf8_lossy(self.kept.get(start..).unwrap_or_default());
+        let text = text.trim_matches(|c: char| c == '\0' || c.is_whitespace());
+        let value = text.parse::<i16>().or_else(|_| text.parse::<u16>().map(|v| v as i16));
+        let Ok(value) = value else { return };
+        self.kept.truncate(at);
+        self.header(tag, *b"SS", 2);
+        let big = self.encoding.big;
+        self.kept.extend(if big { value.to_be_bytes() } else { value.to_le_bytes() });
     }
 
     /// Where a sequence or an item ends, which must lie within the file.
@@ -320,6 +356,11 @@ impl Walker<'_> {
         let (offset, left) = (self.stream.at(), self.stream.left());
         PixelElement { tag: element.tag, words, offset, length, left }
     }
+}
+
+/// Whether it ends an item or a sequence.
+fn is_delimiter(element: &Element) -> bool {
+    matches!(element.tag, ITEM_END | SEQUENCE_END) && element.length == 0
 }
 
 fn length_or_none(length: u32) -> usize {
