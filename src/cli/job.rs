@@ -1,4 +1,4 @@
-//! A volume of the inputs and the meshes that are to be made of it. Nothing here opens files.
+//! A volume of the inputs and the meshes that are to be made of it. Nothing here reads samples.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -80,6 +80,27 @@ impl Scan {
             Found::Stdin => true,
             Found::File => source::is_stream(&self.path),
             Found::Series { .. } | Found::Broken(_) => false,
+        }
+    }
+
+    /// The files that the volume is read from, sorted and without doubles where they are many.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        match &self.volume {
+            Found::Stdin => Vec::new(),
+            Found::File | Found::Broken(_) => source::files(&self.path),
+            Found::Series { study, index, .. } => study.files(*index),
+        }
+    }
+
+    /// The files that no mesh may replace: those of the volume and of all beside it in its study.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        match &self.volume {
+            // Where standard input is a file the system may have a name for it.
+            Found::Stdin => vec![PathBuf::from("/dev/stdin")],
+            Found::Series { study, .. } => {
+                (0..study.volumes.len()).flat_map(|index| study.files(index)).collect()
+            }
+            Found::File | Found::Broken(_) => self.files(),
         }
     }
 

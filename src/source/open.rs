@@ -67,14 +67,29 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
     }
 }
 
-/// The files that a volume at `path` is read from: itself, and the other one of a pair.
+/// The files that a volume at `path` is read from: itself, and the other one of a pair. Reads the
+/// header of a regular file whose name does not tell.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let other = match nifti::part_by_name(path) {
         Some(Part::Image) => nifti::partner(path, Part::Header).ok(),
         Some(Part::Header) => nifti::partner(path, Part::Image).ok(),
+        None if is_header_of_pair(path) => nifti::partner(path, Part::Image).ok(),
         None => None,
     };
     [Some(path.to_owned()), other].into_iter().flatten().collect()
+}
+
+/// Whether a regular file begins with the header of a pair, as a `.nii` may that was split.
+fn is_header_of_pair(path: &Path) -> bool {
+    let header = || {
+        let input = Input::open(path).ok()?;
+        if !input.is_gzip() {
+            return Some(input.head().to_vec());
+        }
+        nifti::head_of(&mut input.into_stream(true).ok()?).ok()
+    };
+    // What is no regular file gives its bytes only once.
+    path.is_file() && header().is_some_and(|header| nifti::is_of_pair(&header))
 }
 
 /// Whether a volume at `path` can be read only once, since it, or the other file of its pair, is a

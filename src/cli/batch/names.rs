@@ -1,12 +1,12 @@
-//! What the meshes are called: patterns, fields that cannot leave the output folder, no name twice.
+//! What the meshes are called: patterns, and fields that cannot leave the output folder.
 
-use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 
+use super::clash;
 use crate::cli::job::{Destination, Found, Job, Scan, Target};
 use crate::cli::level::Level;
-use crate::cli::options::{Output, Run, is_same_file};
+use crate::cli::options::{Output, Run};
 use crate::cli::pattern::{Field, Pattern};
 use crate::cli::usage::Usage;
 use crate::source::dicom::PatientField;
@@ -173,7 +173,7 @@ pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
         })
         .collect();
     jobs.sort_by(|a, b| a.scan.order().cmp(&b.scan.order()));
-    refuse_doubles(&jobs)?;
+    clash::refuse(&jobs)?;
     Ok(jobs)
 }
 
@@ -186,29 +186,6 @@ fn with_extension(name: PathBuf, extension: &str) -> PathBuf {
     name.push(".");
     name.push(extension);
     PathBuf::from(name)
-}
-
-fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
-    let mut taken: HashMap<&Path, &Scan> = HashMap::new();
-    let fit = jobs.iter().filter(|job| !matches!(job.scan.volume, Found::Broken(_)));
-    for job in fit {
-        for target in &job.targets {
-            let Some(path) = target.output.path() else { continue };
-            if is_same_file(&job.scan.path, path) {
-                return Err(Usage::new(format!("{}: the output is the input", path.display())));
-            }
-            let Some(other) = taken.insert(path, &job.scan) else { continue };
-            let (a, b) = (other.shown(), job.scan.shown());
-            let hint = if other.path == job.scan.path {
-                "an input or an --iso given twice? {series} and {iso} in --name tell the meshes of one input apart"
-            } else {
-                "--name '{parent}/{file}' keeps folders and extensions apart"
-            };
-            let both = if a == b { format!("two meshes of {a}") } else { format!("{a} and {b}") };
-            return Err(Usage::new(format!("{both} would both be {}", path.display())).hint(hint));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use std::fs::File;
 use std::path::Path;
 
 pub use error::NiftiError;
-pub(super) use fields::recognise;
+pub(super) use fields::{is_of_pair, recognise};
 pub(super) use pair::{Part, part_by_name, partner};
 
 use fields::{SIZE_1, SIZE_2};
