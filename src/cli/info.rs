@@ -125,7 +125,7 @@ fn volume_object(listed: &Listed) -> Value {
         "series_number": series.and_then(|s| s.number.as_ref()),
         "description": series.and_then(|s| s.description.as_ref()).or(meta.description.as_ref()),
         "images": series.map(|s| s.n_images),
-        "tilt": series.map_or(0.0, |s| s.tilt_degrees),
+        "tilt": meta.tilt_degrees(),
         "gaps": meta.gaps_mm,
         "transfer_syntax": series.map(dicom::syntax_names),
         "suggested": suggested,
@@ -179,7 +179,12 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
     }
     if let Some(series) = &meta.series {
         writeln!(out, "  images       {}", series.n_images)?;
-        writeln!(out, "  tilt         {:.2} degrees", series.tilt_degrees)?;
+    }
+    let tilt = meta.tilt_degrees();
+    if meta.series.is_some() || tilt >= 0.005 {
+        writeln!(out, "  tilt         {tilt:.2} degrees")?;
+    }
+    if let Some(series) = &meta.series {
         writeln!(out, "  compression  {}", dicom::syntax_names(series))?;
     }
     if let Some(gaps) = &meta.gaps_mm {

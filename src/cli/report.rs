@@ -71,7 +71,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "spacing": meta.grid.affine.spacing(),
         "affine": affine(&meta.grid.affine),
         "orientation": orientation(&meta.grid.affine),
-        "tilt": meta.series.as_ref().map_or(0.0, |s| s.tilt_degrees),
+        "tilt": meta.tilt_degrees(),
         "gaps": meta.gaps_mm,
         "stored": meta.stored.as_str(),
         // Labels have no level.
