@@ -188,9 +188,11 @@ fn open_nifti(path: &Path) -> Result<Nifti, Error> {
     let at = |e: SourceError| Error::at(path, e);
     let input = Input::open(path).map_err(at)?;
     let unknown = |name| Error::at(path, SourceError::UnknownFormat(name));
+    let is_image = is_image(path);
     match content_of(input.head()) {
-        Content::Nifti => Nifti::open(path, input),
-        _ if is_image(path) => {
+        // The samples of an image may begin like a header, but not like one that can be used.
+        Content::Nifti if !is_image || nifti::is_usable(input.head()) => Nifti::open(path, input),
+        _ if is_image => {
             let header = nifti::partner(path, Part::Header).map_err(|e| at(e.into()))?;
             let input = Input::open(&header).map_err(|e| Error::at(&header, e))?;
             Nifti::open(&header, input)

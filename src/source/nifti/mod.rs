@@ -84,6 +84,11 @@ impl Nifti {
     }
 }
 
+/// Whether a file begins with a header that can be used.
+pub(super) fn is_usable(head: &[u8]) -> bool {
+    Header::parse(head).is_ok()
+}
+
 /// The bytes of the header, and the file behind it.
 fn begin(input: Input) -> Result<(Vec<u8>, Opened), SourceError> {
     let head = input.head().to_vec();
