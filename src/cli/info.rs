@@ -16,13 +16,20 @@ use crate::cancel::Cancel;
 use crate::error::{Error, Kind};
 use crate::geom::orientation;
 use crate::source::{self, Content, dicom, grouped};
-use crate::volume::{Meta, Survey};
+use crate::volume::{Meta, Note, Survey};
 
 /// One volume: its facts, and its values where they were looked at.
 struct Listed {
     meta: Meta,
     survey: Option<Survey>,
     is_default: bool,
+}
+
+impl Listed {
+    /// What the header gave rise to, and what the samples did.
+    fn notes(&self) -> impl Iterator<Item = &Note> {
+        self.meta.notes.iter().chain(self.survey.iter().flat_map(|survey| &survey.notes))
+    }
 }
 
 /// What an input holds.
@@ -130,7 +137,7 @@ fn volume_object(listed: &Listed) -> Value {
         "transfer_syntax": series.map(dicom::syntax_names),
         "suggested": suggested,
         "problem": Value::Null,
-        "notes": meta.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "notes": listed.notes().map(ToString::to_string).collect::<Vec<_>>(),
     })
 }
 
@@ -195,7 +202,7 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
     if let Some(survey) = &listed.survey {
         values(out, survey)?;
     }
-    for note in &meta.notes {
+    for note in listed.notes() {
         writeln!(out, "  note         {note}")?;
     }
     Ok(())
@@ -242,7 +249,9 @@ fn histogram(out: &mut String, survey: &Survey) -> std::fmt::Result {
     let each = counts.len().div_ceil(N_BARS);
     let bars: Vec<u64> = counts.chunks(each).map(|c| c.iter().sum()).collect();
     let most = bars.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let step = (survey.histogram.high - survey.histogram.low) / counts.len() as f64 * each as f64;
+    // Each end by itself, so that no difference overflows.
+    let part = each as f64 / counts.len() as f64;
+    let step = survey.histogram.high * part - survey.histogram.low * part;
     writeln!(out, "  values from   samples, bars by the logarithm of their number")?;
     for (n, &count) in bars.iter().enumerate() {
         let length = WIDTH * (1.0 + count as f64).ln() / (1.0 + most).ln();
