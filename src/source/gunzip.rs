@@ -28,9 +28,15 @@ pub(super) struct Gunzip {
 }
 
 impl Gunzip {
-    /// Whether bytes begin a gzip member that uses deflate.
+    /// Whether bytes begin a gzip member, perhaps a damaged one.
     pub(super) fn recognise(head: &[u8]) -> bool {
         head.starts_with(&[0x1f, 0x8b])
+    }
+
+    /// Whether bytes begin a member that can be read: where anything at all may stand, two bytes
+    /// say little. The method is deflate and no reserved flag is set (RFC 1952, 2.3.1).
+    pub(super) fn recognise_fully(head: &[u8]) -> bool {
+        matches!(head, [0x1f, 0x8b, 8, flags, ..] if flags & 0xe0 == 0)
     }
 
     pub(super) fn new(input: Box<dyn Read + Send>) -> Self {

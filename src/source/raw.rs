@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::file::FilePlanes;
+use super::gunzip::Gunzip;
 use super::input::{Input, check_gzip_size};
 use super::layout::{IntoPlanes, Layout};
 use super::stream::StreamPlanes;
@@ -164,8 +165,8 @@ fn from_input(input: Input, options: &RawOptions) -> Result<Volume<'static>, Sou
     let size = options.stored.size();
     let [nx, ny, nz] = options.dims;
     let expected = bytes_of(options)?;
-    // A plain file may happen to begin like gzip: the size that fits exactly decides.
-    let gzip = input.is_gzip() && input.size() != Some(expected);
+    // A plain file may happen to begin just like gzip: the size that fits exactly decides.
+    let gzip = Gunzip::recognise_fully(input.head()) && input.size() != Some(expected);
     if !gzip && let Some(found) = input.size().filter(|&found| found != expected) {
         let dims = options.dims.map(|n| n as u64);
         let mismatch = SizeMismatch {
