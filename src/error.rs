@@ -3,6 +3,7 @@
 //! Each layer has an error enum of its own whose variants carry values. [`Failure`] is what they
 //! have in common; [`Error`] adds the path at the boundary and is all that leaves the library.
 
+use std::ffi::OsStr;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -101,6 +102,16 @@ impl fmt::Display for Kind {
     }
 }
 
+/// A path or name as text. Bytes that are none are written `%FF`, so that names stay apart.
+pub(crate) fn readable(name: impl AsRef<OsStr>) -> String {
+    let mut text = String::new();
+    for chunk in name.as_ref().as_encoded_bytes().utf8_chunks() {
+        text.push_str(chunk.valid());
+        text.extend(chunk.invalid().iter().map(|byte| format!("%{byte:02X}")));
+    }
+    text
+}
+
 /// The system's error in words, in lower case and without its number.
 pub(crate) fn system_words(error: &std::io::Error) -> String {
     if is_circle(error) {
@@ -186,7 +197,7 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.path {
-            Some(path) => write!(f, "{}: {}", path.display(), self.failure),
+            Some(path) => write!(f, "{}: {}", readable(path), self.failure),
             None => write!(f, "{}", self.failure),
         }
     }

@@ -13,7 +13,7 @@ use super::study;
 use super::term::Term;
 use super::usage::Usage;
 use crate::cancel::Cancel;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, readable};
 use crate::geom::orientation;
 use crate::source::{self, Content, dicom, grouped};
 use crate::volume::{Meta, Note, Survey};
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result
             Err(error) => {
                 Term::error(&error);
                 if args.json {
-                    let input = path.display().to_string();
+                    let input = readable(path);
                     Term::json(&failed("mcubes-info/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
@@ -105,7 +105,7 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Shown, Er
 
 fn object(path: &Path, volumes: &[Listed]) -> Value {
     let volumes: Vec<Value> = volumes.iter().map(volume_object).collect();
-    json!({ "schema": "mcubes-info/1", "input": path.display().to_string(), "volumes": volumes })
+    json!({ "schema": "mcubes-info/1", "input": readable(path), "volumes": volumes })
 }
 
 fn volume_object(listed: &Listed) -> Value {
@@ -142,7 +142,7 @@ fn volume_object(listed: &Listed) -> Value {
 }
 
 fn text(path: &Path, volumes: &[Listed]) -> String {
-    let mut out = format!("{}\n", path.display());
+    let mut out = format!("{}\n", readable(path));
     for listed in volumes {
         // Writing to a string cannot fail.
         let _ = describe(&mut out, listed, volumes.len());

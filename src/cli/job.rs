@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::level::Level;
 use super::trouble::Trouble;
+use crate::error::readable;
 use crate::source;
 use crate::source::dicom::Study;
 
@@ -53,7 +54,7 @@ impl Destination {
     /// As reports have it.
     pub(crate) fn shown(&self) -> String {
         match self {
-            Self::File(path) => path.display().to_string(),
+            Self::File(path) => readable(path),
             Self::Stdout => "-".to_owned(),
         }
     }
@@ -108,7 +109,7 @@ impl Scan {
     pub(crate) fn shown(&self) -> String {
         match self.volume {
             Found::Stdin => "standard input".to_owned(),
-            _ => self.path.display().to_string(),
+            _ => readable(&self.path),
         }
     }
 }

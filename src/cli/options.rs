@@ -283,7 +283,7 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     };
     if is_dash(path) {
         if args.output.json {
-            return Err(both_on_stdout(path));
+            return Err(both_on_stdout(path, "mesh"));
         }
         if is_many {
             return Err(Usage::new("standard output holds one mesh").hint("-o meshes/"));
@@ -318,19 +318,20 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
         }
     }
     if args.output.json && is_stdout(path) {
-        return Err(both_on_stdout(path));
+        return Err(both_on_stdout(path, "mesh"));
     }
     Ok(Output::File(path.clone()))
 }
 
-fn both_on_stdout(path: &Path) -> Usage {
+/// Two things for one place; `what` is the one that has others.
+pub(crate) fn both_on_stdout(path: &Path, what: &str) -> Usage {
     Usage::new(format!("--json and -o {} both want standard output", path.display()))
-        .hint("write the mesh to a file")
+        .hint(format!("write the {what} to a file"))
 }
 
 /// Whether a path is another name of standard output. The system has no name for a pipe, so its
 /// own names are known here.
-fn is_stdout(path: &Path) -> bool {
+pub(crate) fn is_stdout(path: &Path) -> bool {
     let names = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].map(Path::new);
     names.contains(&path) || is_same_file(path, names[0])
 }

@@ -6,6 +6,7 @@ use super::job::{Destination, Scan, Target};
 use super::level::Level;
 use super::options::Extract;
 use super::trouble::Trouble;
+use crate::error::readable;
 use crate::geom::{Affine, Space, orientation};
 use crate::pipeline::Report;
 use crate::source::grouped;
@@ -32,7 +33,7 @@ impl Done {
             Space::Ras | Space::Lps => (" mm²", " mm³"),
         };
         let to = match &self.output {
-            Destination::File(path) => format!("{}: ", path.display()),
+            Destination::File(path) => format!("{}: ", readable(path)),
             Destination::Stdout => String::new(),
         };
         format!(
