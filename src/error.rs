@@ -134,11 +134,16 @@ pub(crate) fn is_circle(error: &std::io::Error) -> bool {
     error.raw_os_error() == Some(code)
 }
 
+/// Whether it is the system's error for more open files than the process, or all, may have.
+pub(crate) fn is_too_many_open(error: &std::io::Error) -> bool {
+    let too_many = if cfg!(windows) { [4, 4] } else { [23, 24] };
+    error.raw_os_error().is_some_and(|code| too_many.contains(&code))
+}
+
 /// What can be done about an error of the system.
 pub(crate) fn system_hint(error: &std::io::Error) -> Option<&'static str> {
-    let too_many = if cfg!(windows) { [4, 4] } else { [23, 24] };
-    let is_too_many = error.raw_os_error().is_some_and(|code| too_many.contains(&code));
-    is_too_many.then_some("raise the limit (ulimit -n), or take fewer --threads and --jobs")
+    is_too_many_open(error)
+        .then_some("raise the limit (ulimit -n), or take fewer --threads and --jobs")
 }
 
 /// What every layer's error can say of itself. Its `Display` is one line in lower case, with the

@@ -123,11 +123,17 @@ fn temporary(error: io::Error) -> SinkError {
     SinkError::Temporary { folder: tempfile::env::temp_dir(), error: bare(error) }
 }
 
-/// The system's error without the temporary name that `tempfile` adds to it.
+/// The system's error without the temporary name that `tempfile` adds to it. Its number is only in
+/// the words then, and says more than its kind.
 fn bare(e: io::Error) -> io::Error {
-    match e.get_ref() {
-        Some(_) => io::Error::from(e.kind()),
-        None => e,
+    if e.get_ref().is_none() {
+        return e;
+    }
+    let text = e.to_string();
+    let number = text.split_once("(os error ").and_then(|(_, end)| end.split(')').next());
+    match number.and_then(|number| number.parse().ok()) {
+        Some(number) => io::Error::from_raw_os_error(number),
+        None => io::Error::from(e.kind()),
     }
 }
 
