@@ -53,7 +53,7 @@ pub(crate) fn meshes(scan: &Scan, targets: &[&Target], how: &How<'_>) -> Vec<Mad
         let trouble = Trouble::from(error.or_at(&path));
         targets.iter().map(|_| Err(trouble.clone())).collect()
     };
-    let volume = match input::open_scan(scan, &how.extract.reading) {
+    let volume = match input::open_scan(scan, &how.extract.reading, how.cancel) {
         Ok(volume) => volume,
         Err(error) => {
             how.gate.pass();
@@ -148,7 +148,7 @@ impl Work<'_> {
             None if self.scan.is_read_once() => {
                 Err(Error::new(RunError::Internal("what is read once was opened again")))
             }
-            None => input::open_scan(self.scan, &self.how.extract.reading),
+            None => input::open_scan(self.scan, &self.how.extract.reading, self.how.cancel),
         }
     }
 

@@ -7,6 +7,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use flate2::bufread::GzDecoder;
 
 use super::SourceError;
+use super::waiting::is_stopped;
 
 /// Compressed bytes read at a time.
 const INPUT_BYTES: usize = 256 << 10;
@@ -73,7 +74,7 @@ impl Gunzip {
                     self.inflated += n as u64;
                 }
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                Err(e) if e.raw_os_error().is_some() => return Err(SourceError::Io(e)),
+                Err(e) if e.raw_os_error().is_some() || is_stopped(&e) => return Err(e.into()),
                 Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
                     self.cut = true;
                     self.member = None;
@@ -98,7 +99,7 @@ impl Gunzip {
             let found = match input.fill_buf() {
                 Ok(found) => found,
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-                Err(e) => return Err(SourceError::Io(e)),
+                Err(e) => return Err(e.into()),
             };
             match found {
                 [] => return Ok(()),

@@ -6,6 +6,7 @@ use super::input::Input;
 use super::nifti::{self, Nifti, Part};
 use super::{SourceError, Volume};
 use crate::Error;
+use crate::cancel::Cancel;
 use crate::volume::{Meta, Note};
 
 /// The most volumes of one file that [`volumes`] lists.
@@ -54,7 +55,7 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
     if !facts.is_file() {
         return Ok(Content::Stream);
     }
-    let input = Input::open(path).map_err(at)?;
+    let input = Input::open(path, &Cancel::new()).map_err(at)?;
     match content_of(input.head()) {
         Content::Nifti => Ok(Content::Nifti),
         _ if is_image(path) => Ok(Content::Nifti),
@@ -82,7 +83,7 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
 /// Whether a regular file begins with the header of a pair, as a `.nii` may that was split.
 fn is_header_of_pair(path: &Path) -> bool {
     let header = || {
-        let input = Input::open(path).ok()?;
+        let input = Input::open(path, &Cancel::new()).ok()?;
         if !input.is_gzip() {
             return Some(input.head().to_vec());
         }
@@ -152,13 +153,14 @@ fn is_bare_dicom(head: &[u8]) -> bool {
 }
 
 /// Opens the NIfTI file at `path`; `path` may be either part of a pair. Nothing but headers is
-/// read; a plain file's size is checked against its header.
+/// read; a plain file's size is checked against its header. `cancel` ends a wait for a pipe, then and
+/// while its planes are read.
 ///
 /// # Errors
 /// Everything that headers and sizes can have wrong. What only the samples can show comes from the
 /// planes.
-pub fn open(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
-    let nifti = open_nifti(path)?;
+pub fn open(path: &Path, options: &OpenOptions, cancel: &Cancel) -> Result<Volume<'static>, Error> {
+    let nifti = open_nifti(path, cancel)?;
     let of = nifti.meta.n_volumes;
     let mut volume = nifti.volume(options.volume.unwrap_or(1)).map_err(|e| Error::at(path, e))?;
     if of > 1 && options.volume.is_none() {
@@ -173,7 +175,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error
 /// # Errors
 /// As [`open`].
 pub fn volumes(path: &Path) -> Result<Vec<Meta>, Error> {
-    Ok(volumes_beside(&open_nifti(path)?.meta))
+    Ok(volumes_beside(&open_nifti(path, &Cancel::new())?.meta))
 }
 
 /// As [`volumes`], of the file that one of its volumes was opened from. Reads nothing.
@@ -184,22 +186,24 @@ pub fn volumes_beside(one: &Meta) -> Vec<Meta> {
     listed.map(|number| Meta { volume_number: number, ..meta.clone() }).collect()
 }
 
-fn open_nifti(path: &Path) -> Result<Nifti, Error> {
+fn open_nifti(path: &Path, cancel: &Cancel) -> Result<Nifti, Error> {
     let at = |e: SourceError| Error::at(path, e);
-    let input = Input::open(path).map_err(at)?;
+    let input = Input::open(path, cancel).map_err(at)?;
     let unknown = |name| Error::at(path, SourceError::UnknownFormat(name));
     let is_image = is_image(path);
     match content_of(input.head()) {
         // The samples of an image may begin like a header, but not like one that can be used.
-        Content::Nifti if !is_image || nifti::is_usable(input.head()) => Nifti::open(path, input),
+        Content::Nifti if !is_image || nifti::is_usable(input.head()) => {
+            Nifti::open(path, input, cancel)
+        }
         _ if is_image => {
             let header = nifti::partner(path, Part::Header).map_err(|e| at(e.into()))?;
-            let input = Input::open(&header).map_err(|e| Error::at(&header, e))?;
-            Nifti::open(&header, input)
+            let input = Input::open(&header, cancel).map_err(|e| Error::at(&header, e))?;
+            Nifti::open(&header, input, cancel)
         }
         Content::Dicom => Err(unknown(Some("DICOM"))),
         Content::Zip => Err(unknown(Some("a zip archive"))),
         Content::Foreign(name) => Err(unknown(Some(name))),
-        _ => Nifti::open(path, input),
+        _ => Nifti::open(path, input, cancel),
     }
 }

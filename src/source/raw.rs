@@ -9,6 +9,7 @@ use super::layout::{IntoPlanes, Layout};
 use super::stream::StreamPlanes;
 use super::{AnyPlanes, SourceError, Volume};
 use crate::Error;
+use crate::cancel::Cancel;
 use crate::error::{Failure, Kind};
 use crate::geom::{Affine, Dims, DimsError, Grid};
 use crate::source::error::grouped;
@@ -142,19 +143,24 @@ impl Failure for RawError {
 }
 
 /// Opens samples without a header. A plain file is read plane by plane in any order; gzip (told by
-/// content) and standard input come in order.
+/// content) and standard input come in order. `cancel` ends a wait for a pipe, then and while its
+/// planes are read.
 ///
 /// # Errors
 /// `bad-dims`, `bad-affine`, `too-large`; `size-mismatch` at once for a plain file, else from the
 /// planes; what the system says when the file cannot be read.
-pub fn open_raw(input: RawInput, options: &RawOptions) -> Result<Volume<'static>, Error> {
+pub fn open_raw(
+    input: RawInput,
+    options: &RawOptions,
+    cancel: &Cancel,
+) -> Result<Volume<'static>, Error> {
     match input {
         RawInput::Path(path) => {
-            let open = || from_input(Input::open(&path)?, options);
+            let open = || from_input(Input::open(&path, cancel)?, options);
             open().map_err(|e| Error::at(&path, e))
         }
         RawInput::Stdin => {
-            let open = || from_input(Input::stream(Box::new(std::io::stdin()))?, options);
+            let open = || from_input(Input::stdin(cancel)?, options);
             open().map_err(|e| Error::at("standard input", e))
         }
     }

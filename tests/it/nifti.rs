@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, orientation};
 use mcubes::source::{self, OpenOptions};
 use mcubes::volume::{Meta, Note};
@@ -13,7 +14,7 @@ use crate::support::planes::{checksum, read_all};
 use crate::support::repository;
 
 fn read(path: &Path, volume: Option<usize>) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
-    read_all(source::open(path, &OpenOptions { volume }), path)
+    read_all(source::open(path, &OpenOptions { volume }, &Cancel::new()), path)
 }
 
 fn of_status(status: &str) -> Vec<Entry> {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mcubes::cancel::Cancel;
 use mcubes::source::{RawInput, RawOptions, open_raw};
 use mcubes::volume::{Meta, Note, StoredType};
 use mcubes::{Error, Kind};
@@ -30,7 +31,7 @@ fn options(entry: &Value) -> RawOptions {
 }
 
 fn read(path: &Path, options: &RawOptions) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
-    read_all(open_raw(RawInput::Path(path.to_owned()), options), path)
+    read_all(open_raw(RawInput::Path(path.to_owned()), options, &Cancel::new()), path)
 }
 
 fn of_status(status: &str) -> Vec<Entry> {
