@@ -120,7 +120,8 @@ fn content_of(head: &[u8]) -> Content {
     if super::dicom::is_zip(head) {
         return Content::Zip;
     }
-    let foreign: [(&[u8], &str); 12] = [
+    let foreign: [(&[u8], &str); 13] = [
+        (b"\0\x05\x16\x07", "AppleDouble"),
         (b"NRRD000", "NRRD"),
         (b"ObjectType", "MetaImage"),
         (b"\x89HDF\r\n\x1a\n", "HDF5 (MINC 2)"),
