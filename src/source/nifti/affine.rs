@@ -3,6 +3,7 @@
 
 use super::NiftiError;
 use super::fields::Fields;
+use crate::geom::vec3::{cross, norm, scale};
 use crate::geom::{Affine, Dims};
 use crate::volume::Note;
 
@@ -38,11 +39,24 @@ pub(super) fn affine(fields: &Fields, dims: Dims) -> Result<(Affine, Vec<Note>),
         }
         _ => rows,
     };
-    let affine = Affine::from_rows(rows);
+    let mut affine = Affine::from_rows(rows);
+    if dims.nz() == 1 && affine.column(2) == [0.0; 3] {
+        affine = with_normal(&affine);
+        notes.push(Note::Other(format!(
+            "the {from} has no step along k: 1 mm along the normal of the one slice"
+        )));
+    }
     if !affine.is_usable() {
         return Err(NiftiError::Affine { from, rows });
     }
     Ok((affine, notes))
+}
+
+/// With a third column of length 1 across the other two, as far as they have a normal.
+fn with_normal(affine: &Affine) -> Affine {
+    let [i, j, origin] = [0, 1, 3].map(|c| affine.column(c));
+    let normal = cross(scale(i, 1.0 / norm(i)), scale(j, 1.0 / norm(j)));
+    Affine::from_columns(i, j, scale(normal, 1.0 / norm(normal)), origin)
 }
 
 /// pixdim[1..=3]: 0 counts as 1, and signs are dropped.
