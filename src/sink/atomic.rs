@@ -56,6 +56,14 @@ impl Target {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(|e| SinkError::Io(bare(e)))?;
+        #[cfg(unix)]
+        if let Ok(replaced) = fs::metadata(&path) {
+            // Who may read what is replaced may read what replaces it, and nobody else.
+            use std::os::unix::fs::PermissionsExt;
+            let mode = replaced.permissions().mode() & 0o777;
+            let mode = fs::Permissions::from_mode(mode);
+            file.as_file().set_permissions(mode).map_err(SinkError::Io)?;
+        }
         Ok(Self { goal: Goal::Rename(file, path) })
     }
 
