@@ -1,14 +1,18 @@
 //! No two meshes with one name, and none in the place of a file that a scan is read from. Looks at
 //! names in the file system; opens nothing but headers that may name a second file.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::cli::job::{Found, Job, Scan};
 use crate::cli::usage::Usage;
 use crate::sink::folder_of;
+
+/// Whether the system's file systems mostly take names that differ only in case for one.
+const IGNORES_CASE: bool = cfg!(any(windows, target_os = "macos"));
 
 /// Refuses meshes that would take each other's place, or that of an input.
 ///
@@ -20,12 +24,12 @@ pub(super) fn refuse(jobs: &[Job]) -> Result<(), Usage> {
 }
 
 fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
-    let mut taken: HashMap<&Path, &Scan> = HashMap::new();
+    let mut taken: HashMap<Cow<'_, OsStr>, &Scan> = HashMap::new();
     let fit = jobs.iter().filter(|job| !matches!(job.scan.volume, Found::Broken(_)));
     for job in fit {
         for target in &job.targets {
             let Some(path) = target.output.path() else { continue };
-            let Some(other) = taken.insert(path, &job.scan) else { continue };
+            let Some(other) = taken.insert(place(path, IGNORES_CASE), &job.scan) else { continue };
             let (a, b) = (other.shown(), job.scan.shown());
             let hint = if other.path == job.scan.path {
                 "an input or an --iso given twice? {series} and {iso} in --name tell the meshes of one input apart"
@@ -37,6 +41,14 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
         }
     }
     Ok(())
+}
+
+/// What two paths have in common if they are one place.
+fn place(path: &Path, ignores_case: bool) -> Cow<'_, OsStr> {
+    match path.to_str() {
+        Some(text) if ignores_case => OsString::from(text.to_lowercase()).into(),
+        _ => path.as_os_str().into(),
+    }
 }
 
 /// Holds every mesh against every file of every scan.
@@ -90,5 +102,17 @@ impl Folders {
         let folder = folder_of(file);
         let known = self.0.entry(folder.to_owned()).or_insert_with(|| folder.canonicalize().ok());
         Some(known.as_ref()?.join(name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn case_tells_places_apart_where_the_system_does() {
+        let [a, b] = ["out/Ä.stl", "out/ä.STL"].map(Path::new);
+        assert_eq!(place(a, true), place(b, true));
+        assert_ne!(place(a, false), place(b, false));
     }
 }
