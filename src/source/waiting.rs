@@ -97,20 +97,35 @@ fn hand_over<R: Read>(
         Ok(input) => input,
         Err(e) => return send.send(Err(e)).unwrap_or(()),
     };
+    // A header is waited for; from there on whole blocks come at less cost.
+    let mut least = 1;
     loop {
         let mut bytes = used.try_recv().unwrap_or_default();
         bytes.resize(BLOCK_BYTES, 0);
-        let read = match input.read(&mut bytes) {
-            Ok(0) => return,
-            Ok(n) => Ok((bytes, n)),
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-            Err(e) => Err(e),
-        };
-        let is_end = read.is_err();
-        if send.send(read).is_err() || is_end {
+        let (n, go_on) = fill(&mut input, &mut bytes, least);
+        if n > 0 && send.send(Ok((bytes, n))).is_err() {
             return;
         }
+        match go_on {
+            Ok(true) => least = BLOCK_BYTES,
+            Ok(false) => return,
+            Err(e) => return send.send(Err(e)).unwrap_or(()),
+        }
     }
+}
+
+/// Reads at least so many bytes into `out`; how many there were, and whether there may be more.
+fn fill(input: &mut impl Read, out: &mut [u8], least: usize) -> (usize, io::Result<bool>) {
+    let mut n = 0;
+    while n < least {
+        match input.read(out.get_mut(n..).unwrap_or_default()) {
+            Ok(0) => return (n, Ok(false)),
+            Ok(more) => n += more,
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return (n, Err(e)),
+        }
+    }
+    (n, Ok(true))
 }
 
 #[cfg(test)]
