@@ -249,14 +249,14 @@ fn histogram(out: &mut String, survey: &Survey) -> std::fmt::Result {
     let each = counts.len().div_ceil(N_BARS);
     let bars: Vec<u64> = counts.chunks(each).map(|c| c.iter().sum()).collect();
     let most = bars.iter().copied().max().unwrap_or(1).max(1) as f64;
-    // Each end by itself, so that no difference overflows.
-    let part = each as f64 / counts.len() as f64;
-    let step = survey.histogram.high * part - survey.histogram.low * part;
+    // Halves, so that nothing overflows.
+    let low = survey.histogram.low / 2.0;
+    let step = (survey.histogram.high / 2.0 - low) / counts.len() as f64 * each as f64;
     writeln!(out, "  values from   samples, bars by the logarithm of their number")?;
     for (n, &count) in bars.iter().enumerate() {
         let length = WIDTH * (1.0 + count as f64).ln() / (1.0 + most).ln();
         let bar = "#".repeat(length.round() as usize);
-        let from = survey.histogram.low + step * n as f64;
+        let from = 2.0 * (low + step * n as f64);
         writeln!(out, "  {:>12} |{bar:<50}| {}", fixed(from, 2), grouped(count))?;
     }
     Ok(())

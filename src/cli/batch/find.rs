@@ -211,11 +211,13 @@ fn add_study(study: Study, base: &Path, span_gaps: bool, all: &mut All) {
     }
 }
 
-/// Whether a file is what macOS leaves beside another on file systems of other systems: under its
-/// name with `._` before it, in AppleDouble.
+/// Whether a file, or the header of the pair whose image it is called, is what macOS leaves beside
+/// another on foreign file systems: under its name with `._` before it, in AppleDouble.
 fn is_shadow(path: &Path) -> bool {
     let is_named_so = path.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b"._"));
-    is_named_so && matches!(source::sniff(path), Ok(Content::Foreign("AppleDouble")))
+    let is_double =
+        |path: &PathBuf| matches!(source::sniff(path), Ok(Content::Foreign("AppleDouble")));
+    is_named_so && source::files(path).iter().any(is_double)
 }
 
 fn is_study(path: &Path) -> Result<bool, Error> {
