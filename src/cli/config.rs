@@ -14,7 +14,7 @@ use toml::{Table, Value};
 use super::args::Cli;
 use super::wrong;
 use crate::error::{Error, Failure, Kind};
-use crate::source::describe;
+use crate::source::SourceError;
 
 /// Options that a file cannot have.
 const NOT_HERE: [&str; 3] = ["config", "help", "version"];
@@ -33,8 +33,8 @@ pub(crate) enum ConfigError {
     Type { key: String, wanted: &'static str, found: &'static str },
     #[error("{0}")]
     Value(String),
-    #[error("{}", describe(.0))]
-    Io(#[source] std::io::Error),
+    #[error(transparent)]
+    Io(SourceError),
     #[error("has more than {MAX_BYTES} bytes, which is no list of options")]
     TooLong,
 }
@@ -99,8 +99,9 @@ fn added(table: &Table, typed: &ArgMatches) -> Result<Vec<OsString>, ConfigError
 /// What the file says, which may be a device that never ends.
 fn table(path: &Path) -> Result<Table, ConfigError> {
     let mut text = String::new();
-    let file = std::fs::File::open(path).map_err(ConfigError::Io)?;
-    file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(ConfigError::Io)?;
+    let io = |e: std::io::Error| ConfigError::Io(e.into());
+    let file = std::fs::File::open(path).map_err(io)?;
+    file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(io)?;
     if text.len() as u64 > MAX_BYTES {
         return Err(ConfigError::TooLong);
     }

@@ -167,7 +167,7 @@ impl Failure for SourceError {
 }
 
 /// The system's error in words, without its number.
-pub(crate) fn describe(error: &std::io::Error) -> String {
+pub(super) fn describe(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::NotFound => "does not exist".to_owned(),

@@ -21,7 +21,7 @@ mod wrap;
 
 pub(crate) use buffer::buffer;
 pub use error::SourceError;
-pub(crate) use error::{describe, grouped};
+pub(crate) use error::grouped;
 pub use nifti::NiftiError;
 pub use open::{
     Content, MAX_LISTED_VOLUMES, OpenOptions, files, is_stream, open, sniff, volumes,

@@ -39,7 +39,7 @@ impl Folder {
 }
 
 /// A NIfTI-1 or NIfTI-2 file of 4 x 3 x 2 samples of i16, spacing 1, sform the identity.
-fn small(version: u8) -> Vec<u8> {
+pub(crate) fn small(version: u8) -> Vec<u8> {
     let (size, offset) = if version == 1 { (348, 352) } else { (540, 544) };
     let mut file = vec![0; offset];
     let mut put = |at: usize, bytes: &[u8]| file[at..at + bytes.len()].copy_from_slice(bytes);

@@ -84,3 +84,17 @@ fn a_stream_without_an_end_is_one_of_the_wrong_size() {
     assert_eq!(reported[0]["error"]["kind"], "size-mismatch", "{said}");
     assert_eq!(sandbox.files(), [""; 0]);
 }
+
+#[test]
+fn raw_bytes_that_begin_a_member_nobody_can_read_are_no_gzip() {
+    let folder = tempfile::tempdir().unwrap();
+    for head in [[0x1f, 0x8b, 7, 0], [0x1f, 0x8b, 8, 0x20], [0x1f, 0x8b, 8, 0xff]] {
+        let mut bytes = vec![0; 25];
+        bytes[..4].copy_from_slice(&head);
+        let path = folder.path().join("v.raw");
+        std::fs::write(&path, bytes).unwrap();
+        let options = RawOptions::new([4, 3, 2], StoredType::U8);
+        let error = open_raw(RawInput::Path(path), &options, &Cancel::new()).err().unwrap();
+        assert_eq!(error.kind(), Kind::SizeMismatch, "{head:?}: {error}");
+    }
+}

@@ -3,7 +3,7 @@
 use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, Dims, Grid};
 use mcubes::source::{self, AnyPlanes, OpenOptions, Planes, RawInput, Volume, open_raw, survey};
-use mcubes::volume::{Format, Meta, Padding, StoredType, Survey};
+use mcubes::volume::{Format, Meta, Padding, Rescale, StoredType, Survey};
 use ndarray::{Array3, ArrayView3};
 
 use crate::support::expected::{Entry, entries};
@@ -160,4 +160,23 @@ fn a_raw_volume_is_surveyed_too() {
         survey(open_raw(RawInput::Path(path), &options, &Cancel::new()).unwrap(), &Cancel::new())
             .unwrap();
     assert_eq!(found.range, Some((0.0, 240.0)));
+}
+
+#[test]
+fn values_beyond_all_numbers_are_infinite_and_suggest_nothing() {
+    let mut array = Array3::<i16>::zeros((3, 4, 5));
+    array[[0, 0, 0]] = 30_000;
+    array[[1, 1, 1]] = 2;
+    let far = |meta: &mut Meta| meta.rescale = Rescale::new(1e304, 0.0).unwrap();
+    let found = of_array(&array.view(), AnyPlanes::I16, far);
+    assert_eq!((found.range, found.n_infinite), (Some((0.0, 2e304)), 1));
+    assert_eq!(found.otsu, Some(1e304));
+    assert!(found.suggested().iter().all(|s| s.iso.is_finite()), "{:?}", found.suggested());
+    assert!(found.histogram.low.is_finite() && found.histogram.high.is_finite());
+    assert_eq!(found.histogram.counts.iter().sum::<u64>() + found.n_infinite, found.n_samples);
+    let all = array.mapv(|v| if v > 0 { 1e308 } else { -1e308 });
+    let far = |meta: &mut Meta| meta.rescale = Rescale::new(1e3, 0.0).unwrap();
+    let found = of_array(&all.view(), AnyPlanes::F64, far);
+    assert_eq!((found.range, found.otsu, found.n_infinite), (None, None, 60));
+    assert!(found.suggested().is_empty() && found.histogram.counts.is_empty());
 }

@@ -212,7 +212,7 @@ fn add_study(study: Study, base: &Path, span_gaps: bool, all: &mut All) {
 }
 
 /// Whether a file, or the header of the pair whose image it is called, is what macOS leaves beside
-/// another on foreign file systems: under its name with `._` before it, in AppleDouble.
+/// another on foreign file systems: under its name with `._` before it, in `AppleDouble`.
 fn is_shadow(path: &Path) -> bool {
     let is_named_so = path.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b"._"));
     let is_double =
