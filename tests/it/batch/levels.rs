@@ -117,10 +117,11 @@ fn a_mesh_that_cannot_be_begun_fails_alone_under_its_own_name() {
 fn too_many_iso_values_at_once_are_told_as_such() {
     let sandbox = Sandbox::new();
     sandbox.copy(&repository("testdata/nifti/synth/t_u8_le.nii"), "a.nii");
-    let levels: String = (40..80).map(|iso| format!(" --iso {iso}")).collect();
+    let levels: Vec<String> = (40..80).map(|iso| format!("--iso {iso}")).collect();
     let command = format!(
-        "ulimit -n 40; exec '{}' a.nii{levels} -o out --json",
-        env!("CARGO_BIN_EXE_mcubes")
+        "ulimit -n 40; exec '{}' a.nii {} -o out --json",
+        env!("CARGO_BIN_EXE_mcubes"),
+        levels.join(" ")
     );
     let mut shell = std::process::Command::new("sh");
     let output = shell.args(["-c", &command]).current_dir(sandbox.path("")).output().unwrap();
