@@ -58,11 +58,12 @@ impl Target {
         let file = builder.tempfile_in(folder).map_err(|e| SinkError::Io(bare(e)))?;
         #[cfg(unix)]
         if let Ok(replaced) = fs::metadata(&path) {
-            // Who may read what is replaced may read what replaces it, and nobody else.
+            // Who may read what is replaced may read what replaces it, and nobody else. Some file
+            // systems have no modes to set.
             use std::os::unix::fs::PermissionsExt;
             let mode = replaced.permissions().mode() & 0o777;
             let mode = fs::Permissions::from_mode(mode);
-            file.as_file().set_permissions(mode).map_err(SinkError::Io)?;
+            let _ = file.as_file().set_permissions(mode);
         }
         Ok(Self { goal: Goal::Rename(file, path) })
     }
