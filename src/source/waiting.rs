@@ -138,7 +138,7 @@ mod tests {
     impl Read for Dribble {
         fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
             let n = if self.0.len() > 5000 { 3000 } else { self.0.len().min(1) };
-            let rest = self.0.split_off(n);
+            let rest = self.0.split_off(n.min(out.len()));
             let bytes = std::mem::replace(&mut self.0, rest);
             (&bytes[..]).read(out)
         }
