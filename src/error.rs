@@ -3,6 +3,7 @@
 //! Each layer has an error enum of its own whose variants carry values. [`Failure`] is what they
 //! have in common; [`Error`] adds the path at the boundary and is all that leaves the library.
 
+use std::ffi::OsStr;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -101,6 +102,16 @@ impl fmt::Display for Kind {
     }
 }
 
+/// A path or name as text. Bytes that are none are written `%FF`, so that names stay apart.
+pub(crate) fn readable(name: impl AsRef<OsStr>) -> String {
+    let mut text = String::new();
+    for chunk in name.as_ref().as_encoded_bytes().utf8_chunks() {
+        text.push_str(chunk.valid());
+        text.extend(chunk.invalid().iter().map(|byte| format!("%{byte:02X}")));
+    }
+    text
+}
+
 /// The system's error in words, in lower case and without its number.
 pub(crate) fn system_words(error: &std::io::Error) -> String {
     if is_circle(error) {
@@ -123,11 +134,16 @@ pub(crate) fn is_circle(error: &std::io::Error) -> bool {
     error.raw_os_error() == Some(code)
 }
 
+/// Whether it is the system's error for more open files than the process, or all, may have.
+pub(crate) fn is_too_many_open(error: &std::io::Error) -> bool {
+    let too_many = if cfg!(windows) { [4, 4] } else { [23, 24] };
+    error.raw_os_error().is_some_and(|code| too_many.contains(&code))
+}
+
 /// What can be done about an error of the system.
 pub(crate) fn system_hint(error: &std::io::Error) -> Option<&'static str> {
-    let too_many = if cfg!(windows) { [4, 4] } else { [23, 24] };
-    let is_too_many = error.raw_os_error().is_some_and(|code| too_many.contains(&code));
-    is_too_many.then_some("raise the limit (ulimit -n), or take fewer --threads and --jobs")
+    is_too_many_open(error)
+        .then_some("raise the limit (ulimit -n), or take fewer --threads and --jobs")
 }
 
 /// What every layer's error can say of itself. Its `Display` is one line in lower case, with the
@@ -186,7 +202,7 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.path {
-            Some(path) => write!(f, "{}: {}", path.display(), self.failure),
+            Some(path) => write!(f, "{}: {}", readable(path), self.failure),
             None => write!(f, "{}", self.failure),
         }
     }

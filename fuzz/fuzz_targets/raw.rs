@@ -3,6 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use mcubes::cancel::Cancel;
 use mcubes::source::{RawInput, RawOptions, open_raw};
 use mcubes::volume::StoredType;
 
@@ -18,6 +19,6 @@ fuzz_target!(|bytes: &[u8]| {
     options.offset_bytes = if offset == 255 { u64::MAX } else { u64::from(offset) };
     options.spacing_mm[2] = f64::from(odd >> 1);
     mcubes_fuzz::with_file(rest, |path| {
-        mcubes_fuzz::read_all(open_raw(RawInput::Path(path.to_owned()), &options));
+        mcubes_fuzz::read_all(open_raw(RawInput::Path(path.to_owned()), &options, &Cancel::new()));
     });
 });

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::args::CheckArgs;
 use super::report::{failed, measured};
 use super::term::Term;
-use crate::error::Kind;
+use crate::error::{Kind, readable};
 use crate::mesh::{Defects, Topology};
 use crate::reader;
 use crate::source::grouped;
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Kind> {
             Err(error) => {
                 Term::error(&error);
                 if args.json {
-                    let input = path.display().to_string();
+                    let input = readable(path);
                     Term::json(&failed("mcubes-check/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
@@ -69,7 +69,7 @@ fn object(path: &Path, topology: &Topology) -> Value {
         named(&topology.defects).into_iter().map(|(k, n)| (k.to_owned(), n.into())).collect();
     json!({
         "schema": "mcubes-check/1",
-        "path": path.display().to_string(),
+        "path": readable(path),
         "ok": is_ok(topology),
         "closed": topology.closed,
         "manifold": topology.manifold,
@@ -89,7 +89,7 @@ fn text(path: &Path, topology: &Topology) -> String {
     let word = |yes: bool| if yes { "yes" } else { "NO" };
     let mut out = format!(
         "{}: {}\n  closed {}, manifold {}, outward {}\n  {} triangles, {} vertices, {} components, Euler number {}\n  area {}, volume {}\n",
-        path.display(),
+        readable(path),
         if is_ok(topology) { "ok" } else { "NOT OK" },
         word(topology.closed),
         word(topology.manifold),

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory, Parser};
-use toml::Value;
+use toml::{Table, Value};
 
 use super::args::Cli;
 use super::wrong;
@@ -33,6 +33,8 @@ pub(crate) enum ConfigError {
     Type { key: String, wanted: &'static str, found: &'static str },
     #[error("{0}")]
     Value(String),
+    #[error(transparent)]
+    Io(SourceError),
     #[error("has more than {MAX_BYTES} bytes, which is no list of options")]
     TooLong,
 }
@@ -67,27 +69,26 @@ pub(crate) fn parse(typed: Vec<OsString>) -> Result<Cli, (Error, bool)> {
     let Some(path) = path else {
         return Ok(Cli::try_parse_from(&typed).unwrap_or_else(|e| wrong::end(&e)));
     };
-    let is_json = matches.get_flag("json");
-    let all = match added(&path, &matches) {
-        Ok(added) => {
-            let (program, rest) = typed.split_at(1.min(typed.len()));
-            [program, added.as_slice(), rest].concat()
-        }
-        Err(error) => return Err((error, is_json)),
+    let mut is_json = matches.get_flag("json");
+    let mut parse = || {
+        let table = table(&path)?;
+        is_json |= table.get("json") == Some(&Value::Boolean(true));
+        let added = added(&table, &matches)?;
+        let (program, rest) = typed.split_at(1.min(typed.len()));
+        Cli::try_parse_from([program, added.as_slice(), rest].concat())
+            .map_err(|error| ConfigError::Value(wrong::line(&error)))
     };
-    Cli::try_parse_from(all)
-        .map_err(|error| (Error::at(&path, ConfigError::Value(wrong::line(&error))), is_json))
+    let parsed: Result<Cli, ConfigError> = parse();
+    parsed.map_err(|error| (Error::at(path, error), is_json))
 }
 
 /// The file's options that were not typed, as if they had been.
-fn added(path: &Path, typed: &ArgMatches) -> Result<Vec<OsString>, Error> {
-    let text = read(path)?;
-    let table: toml::Table = text.parse().map_err(|e| Error::at(path, syntax(&text, &e)))?;
+fn added(table: &Table, typed: &ArgMatches) -> Result<Vec<OsString>, ConfigError> {
     let command = Cli::command();
     let mut words = Vec::new();
-    for (key, value) in &table {
-        let arg = find(&command, key).map_err(|e| Error::at(path, e))?;
-        let new = as_typed(arg, key, value).map_err(|e| Error::at(path, e))?;
+    for (key, value) in table {
+        let arg = find(&command, key)?;
+        let new = as_typed(arg, key, value)?;
         if !is_overruled(&command, arg, typed) {
             words.extend(new.into_iter().map(OsString::from));
         }
@@ -95,16 +96,16 @@ fn added(path: &Path, typed: &ArgMatches) -> Result<Vec<OsString>, Error> {
     Ok(words)
 }
 
-/// The text of the file, which may be a device that never ends.
-fn read(path: &Path) -> Result<String, Error> {
+/// What the file says, which may be a device that never ends.
+fn table(path: &Path) -> Result<Table, ConfigError> {
     let mut text = String::new();
-    let io = |e| Error::at(path, SourceError::Io(e));
+    let io = |e: std::io::Error| ConfigError::Io(e.into());
     let file = std::fs::File::open(path).map_err(io)?;
     file.take(MAX_BYTES + 1).read_to_string(&mut text).map_err(io)?;
     if text.len() as u64 > MAX_BYTES {
-        return Err(Error::at(path, ConfigError::TooLong));
+        return Err(ConfigError::TooLong);
     }
-    Ok(text)
+    text.parse().map_err(|e| syntax(&text, &e))
 }
 
 fn syntax(text: &str, error: &toml::de::Error) -> ConfigError {

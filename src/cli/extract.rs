@@ -1,6 +1,7 @@
 //! One volume to its meshes, one an iso value: read once, or once more where padding acts.
 
 use std::cell::RefCell;
+use std::error::Error as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -12,7 +13,7 @@ use super::options::Extract;
 use super::report::Done;
 use super::trouble::Trouble;
 use crate::cancel::Cancel;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, is_too_many_open};
 use crate::geom::{Grid, Place, Space};
 use crate::pipeline::{self, Progress, Report, RunError, RunOptions, Side, SurfaceOptions};
 use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink, SinkError};
@@ -53,7 +54,7 @@ pub(crate) fn meshes(scan: &Scan, targets: &[&Target], how: &How<'_>) -> Vec<Mad
         let trouble = Trouble::from(error.or_at(&path));
         targets.iter().map(|_| Err(trouble.clone())).collect()
     };
-    let volume = match input::open_scan(scan, &how.extract.reading) {
+    let volume = match input::open_scan(scan, &how.extract.reading, how.cancel) {
         Ok(volume) => volume,
         Err(error) => {
             how.gate.pass();
@@ -127,7 +128,7 @@ impl Work<'_> {
         for members in apart.into_iter().chain([together]).filter(|m| !m.is_empty()) {
             let places: Vec<usize> = members.iter().map(|m| m.at).collect();
             match self.read_once(members) {
-                Ok(results) => made.extend(places.into_iter().zip(results)),
+                Ok(results) => made.extend(results),
                 Err(error) => {
                     let trouble = Trouble::from(error.or_at(self.path));
                     made.extend(places.into_iter().map(|at| (at, Err(trouble.clone()))));
@@ -148,7 +149,7 @@ impl Work<'_> {
             None if self.scan.is_read_once() => {
                 Err(Error::new(RunError::Internal("what is read once was opened again")))
             }
-            None => input::open_scan(self.scan, &self.how.extract.reading),
+            None => input::open_scan(self.scan, &self.how.extract.reading, self.how.cancel),
         }
     }
 
@@ -172,18 +173,51 @@ impl Work<'_> {
         })
     }
 
-    /// Meshes for each member while the volume is read once.
-    fn read_once(&self, members: Vec<Member<'_>>) -> Result<Vec<Made>, Error> {
+    /// Meshes for each member while the volume is read once, with their places among the targets.
+    fn read_once(&self, members: Vec<Member<'_>>) -> Result<Vec<(usize, Made)>, Error> {
         let extract = self.how.extract;
         let volume = self.shaped(members.first().map_or(0.0, |m| m.iso))?;
         let meta = volume.meta.clone();
         let place = place(&meta.grid, extract.space)?;
-        let mut files = members
-            .iter()
-            .map(|m| create(&m.target.output, extract))
-            .collect::<Result<Vec<_>, _>>()?;
-        let surfaces = members.iter().zip(&mut files).map(|(member, file)| {
-            let surface = SurfaceOptions { iso: member.iso, ..extract.surface };
+        let n_members = members.len();
+        let mut made: Vec<(usize, Made)> = Vec::new();
+        let mut begun: Vec<(Member<'_>, MeshFile)> = Vec::new();
+        for member in members {
+            match create(&member.target.output, extract) {
+                Ok(file) => begun.push((member, file)),
+                Err(error) => made.push((member.at, Err(among(&error, n_members)))),
+            }
+        }
+        if begun.is_empty() {
+            return Ok(made);
+        }
+        match self.fill(volume, &place, &mut begun) {
+            Ok(reports) => made.extend(begun.into_iter().zip(reports).map(|(member, report)| {
+                let (member, file) = member;
+                let at = member.at;
+                let made = match report.filter(|report| report.n_triangles > 0) {
+                    Some(report) => self.put(member, file, report, &meta, &place),
+                    None => Err(self.not_reached(member.iso)),
+                };
+                (at, made.map_err(|error| error.or_at(self.path).into()))
+            })),
+            Err(error) => {
+                let trouble = among(&error.or_at(self.path), n_members);
+                made.extend(begun.iter().map(|(member, _)| (member.at, Err(trouble.clone()))));
+            }
+        }
+        Ok(made)
+    }
+
+    /// Fills the files; no report where the iso value is not reached.
+    fn fill(
+        &self,
+        volume: Volume<'static>,
+        place: &Place,
+        begun: &mut [(Member<'_>, MeshFile)],
+    ) -> Result<Vec<Option<Report>>, Error> {
+        let surfaces = begun.iter_mut().map(|(member, file)| {
+            let surface = SurfaceOptions { iso: member.iso, ..self.how.extract.surface };
             (surface, file as &mut dyn Sink)
         });
         let options = RunOptions {
@@ -192,22 +226,12 @@ impl Work<'_> {
             cancel: self.how.cancel.clone(),
             progress: Some(self.how.progress),
         };
-        let reports = match pipeline::extract(volume, &place, surfaces.collect(), &options) {
-            Ok(reports) => reports.into_iter().map(Some).collect(),
-            Err(RunError::IsoNotReached { .. }) => members.iter().map(|_| None).collect(),
-            Err(error @ RunError::Sink(_)) => return Err(at_output(&members, error)),
-            Err(error) => return Err(Error::new(error)),
-        };
-        let results = members.into_iter().zip(files).zip::<Vec<Option<Report>>>(reports);
-        Ok(results
-            .map(|((member, file), report)| {
-                let made = match report.filter(|report| report.n_triangles > 0) {
-                    Some(report) => self.put(member, file, report, &meta, &place),
-                    None => Err(self.not_reached(member.iso)),
-                };
-                made.map_err(|error| error.or_at(self.path).into())
-            })
-            .collect())
+        match pipeline::extract(volume, place, surfaces.collect(), &options) {
+            Ok(reports) => Ok(reports.into_iter().map(Some).collect()),
+            Err(RunError::IsoNotReached { .. }) => Ok(begun.iter().map(|_| None).collect()),
+            Err(error @ RunError::Sink(_)) => Err(at_output(begun, error)),
+            Err(error) => Err(Error::new(error)),
+        }
     }
 
     /// Gives a mesh its name.
@@ -287,11 +311,25 @@ fn at(output: &Destination, error: impl crate::error::Failure) -> Error {
     }
 }
 
+/// What went wrong with one of so many meshes, which have a file each open at once.
+fn among(error: &Error, n_meshes: usize) -> Trouble {
+    let mut trouble = Trouble::from(error);
+    let mut cause = error.source();
+    while let Some(inner) = cause.filter(|_| n_meshes > 1) {
+        if inner.downcast_ref().is_some_and(is_too_many_open) {
+            let hint = "raise the limit (ulimit -n), or give fewer --iso at once";
+            trouble.hint = Some(hint.to_owned());
+        }
+        cause = inner.source();
+    }
+    trouble
+}
+
 /// A sink does not say which it is; where there are several their folder is named.
-fn at_output(members: &[Member<'_>], error: RunError) -> Error {
-    match members {
-        [member] => at(&member.target.output, error),
-        _ => match members.first().and_then(|m| m.target.output.path()?.parent()) {
+fn at_output(begun: &[(Member<'_>, MeshFile)], error: RunError) -> Error {
+    match begun {
+        [(member, _)] => at(&member.target.output, error),
+        _ => match begun.first().and_then(|(m, _)| m.target.output.path()?.parent()) {
             Some(folder) => Error::at(folder, error),
             None => Error::new(error),
         },

@@ -13,16 +13,23 @@ use super::study;
 use super::term::Term;
 use super::usage::Usage;
 use crate::cancel::Cancel;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, readable};
 use crate::geom::orientation;
 use crate::source::{self, Content, dicom, grouped};
-use crate::volume::{Meta, Survey};
+use crate::volume::{Meta, Note, Survey};
 
 /// One volume: its facts, and its values where they were looked at.
 struct Listed {
     meta: Meta,
     survey: Option<Survey>,
     is_default: bool,
+}
+
+impl Listed {
+    /// What the header gave rise to, and what the samples did.
+    fn notes(&self) -> impl Iterator<Item = &Note> {
+        self.meta.notes.iter().chain(self.survey.iter().flat_map(|survey| &survey.notes))
+    }
 }
 
 /// What an input holds.
@@ -56,7 +63,7 @@ pub(crate) fn run(args: &InfoArgs, term: Term, cancel: &Cancel) -> Result<Result
             Err(error) => {
                 Term::error(&error);
                 if args.json {
-                    let input = path.display().to_string();
+                    let input = readable(path);
                     Term::json(&failed("mcubes-info/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
@@ -98,7 +105,7 @@ fn look(input: &Input, reading: &Reading, opening: &Opening) -> Result<Shown, Er
 
 fn object(path: &Path, volumes: &[Listed]) -> Value {
     let volumes: Vec<Value> = volumes.iter().map(volume_object).collect();
-    json!({ "schema": "mcubes-info/1", "input": path.display().to_string(), "volumes": volumes })
+    json!({ "schema": "mcubes-info/1", "input": readable(path), "volumes": volumes })
 }
 
 fn volume_object(listed: &Listed) -> Value {
@@ -125,17 +132,17 @@ fn volume_object(listed: &Listed) -> Value {
         "series_number": series.and_then(|s| s.number.as_ref()),
         "description": series.and_then(|s| s.description.as_ref()).or(meta.description.as_ref()),
         "images": series.map(|s| s.n_images),
-        "tilt": series.map_or(0.0, |s| s.tilt_degrees),
+        "tilt": meta.tilt_degrees(),
         "gaps": meta.gaps_mm,
         "transfer_syntax": series.map(dicom::syntax_names),
         "suggested": suggested,
         "problem": Value::Null,
-        "notes": meta.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "notes": listed.notes().map(ToString::to_string).collect::<Vec<_>>(),
     })
 }
 
 fn text(path: &Path, volumes: &[Listed]) -> String {
-    let mut out = format!("{}\n", path.display());
+    let mut out = format!("{}\n", readable(path));
     for listed in volumes {
         // Writing to a string cannot fail.
         let _ = describe(&mut out, listed, volumes.len());
@@ -179,7 +186,12 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
     }
     if let Some(series) = &meta.series {
         writeln!(out, "  images       {}", series.n_images)?;
-        writeln!(out, "  tilt         {:.2} degrees", series.tilt_degrees)?;
+    }
+    let tilt = meta.tilt_degrees();
+    if meta.series.is_some() || tilt >= 0.005 {
+        writeln!(out, "  tilt         {tilt:.2} degrees")?;
+    }
+    if let Some(series) = &meta.series {
         writeln!(out, "  compression  {}", dicom::syntax_names(series))?;
     }
     if let Some(gaps) = &meta.gaps_mm {
@@ -190,7 +202,7 @@ fn describe(out: &mut String, listed: &Listed, of: usize) -> std::fmt::Result {
     if let Some(survey) = &listed.survey {
         values(out, survey)?;
     }
-    for note in &meta.notes {
+    for note in listed.notes() {
         writeln!(out, "  note         {note}")?;
     }
     Ok(())
@@ -237,12 +249,14 @@ fn histogram(out: &mut String, survey: &Survey) -> std::fmt::Result {
     let each = counts.len().div_ceil(N_BARS);
     let bars: Vec<u64> = counts.chunks(each).map(|c| c.iter().sum()).collect();
     let most = bars.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let step = (survey.histogram.high - survey.histogram.low) / counts.len() as f64 * each as f64;
+    // Halves, so that nothing overflows.
+    let low = survey.histogram.low / 2.0;
+    let step = (survey.histogram.high / 2.0 - low) / counts.len() as f64 * each as f64;
     writeln!(out, "  values from   samples, bars by the logarithm of their number")?;
     for (n, &count) in bars.iter().enumerate() {
         let length = WIDTH * (1.0 + count as f64).ln() / (1.0 + most).ln();
         let bar = "#".repeat(length.round() as usize);
-        let from = survey.histogram.low + step * n as f64;
+        let from = 2.0 * (low + step * n as f64);
         writeln!(out, "  {:>12} |{bar:<50}| {}", fixed(from, 2), grouped(count))?;
     }
     Ok(())

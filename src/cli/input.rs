@@ -32,10 +32,14 @@ pub(crate) fn study(path: &Path, opening: &Opening) -> Result<dicom::Study, Erro
 }
 
 /// The volume of a scan.
-pub(crate) fn open_scan(scan: &Scan, reading: &Reading) -> Result<Volume<'static>, Error> {
+pub(crate) fn open_scan(
+    scan: &Scan,
+    reading: &Reading,
+    cancel: &Cancel,
+) -> Result<Volume<'static>, Error> {
     match &scan.volume {
-        Found::Stdin => open_plain(&Input::Stdin, reading),
-        Found::File => open_plain(&Input::Path(scan.path.clone()), reading),
+        Found::Stdin => open_plain(&Input::Stdin, reading, cancel),
+        Found::File => open_plain(&Input::Path(scan.path.clone()), reading, cancel),
         Found::Series { study, index, is_choice, .. } => {
             open_series(study, *index, reading, *is_choice)
         }
@@ -60,17 +64,17 @@ pub(crate) fn open(
         };
         return open_series(&study, index, reading, reading.series.is_none());
     }
-    open_plain(input, reading)
+    open_plain(input, reading, &opening.cancel)
 }
 
 /// NIfTI, or raw samples.
-fn open_plain(input: &Input, reading: &Reading) -> Result<Volume<'static>, Error> {
+fn open_plain(input: &Input, reading: &Reading, cancel: &Cancel) -> Result<Volume<'static>, Error> {
     let raw = match input {
         Input::Path(path) => RawInput::Path(path.clone()),
         Input::Stdin => RawInput::Stdin,
     };
     if let Some(options) = &reading.raw {
-        return source::open_raw(raw, options);
+        return source::open_raw(raw, options, cancel);
     }
     // Such a file holds no series but itself.
     let is_other = match &reading.series {
@@ -82,7 +86,7 @@ fn open_plain(input: &Input, reading: &Reading) -> Result<Volume<'static>, Error
         return Err(Error::at(path, DicomError::NoSuchSeries { asked, of: 1 }));
     }
     match input {
-        Input::Path(path) => source::open(path, &OpenOptions { volume: reading.volume }),
+        Input::Path(path) => source::open(path, &OpenOptions { volume: reading.volume }, cancel),
         Input::Stdin => Err(internal("no layout of standard input")),
     }
 }

@@ -1,10 +1,11 @@
-//! A volume of the inputs and the meshes that are to be made of it. Nothing here opens files.
+//! A volume of the inputs and the meshes that are to be made of it. Nothing here reads samples.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::level::Level;
 use super::trouble::Trouble;
+use crate::error::readable;
 use crate::source;
 use crate::source::dicom::Study;
 
@@ -53,7 +54,7 @@ impl Destination {
     /// As reports have it.
     pub(crate) fn shown(&self) -> String {
         match self {
-            Self::File(path) => path.display().to_string(),
+            Self::File(path) => readable(path),
             Self::Stdout => "-".to_owned(),
         }
     }
@@ -83,11 +84,32 @@ impl Scan {
         }
     }
 
+    /// The files that the volume is read from, sorted and without doubles where they are many.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        match &self.volume {
+            Found::Stdin => Vec::new(),
+            Found::File | Found::Broken(_) => source::files(&self.path),
+            Found::Series { study, index, .. } => study.files(*index),
+        }
+    }
+
+    /// The files that no mesh may replace: those of the volume and of all beside it in its study.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        match &self.volume {
+            // Where standard input is a file the system may have a name for it.
+            Found::Stdin => vec![PathBuf::from("/dev/stdin")],
+            Found::Series { study, .. } => {
+                (0..study.volumes.len()).flat_map(|index| study.files(index)).collect()
+            }
+            Found::File | Found::Broken(_) => self.files(),
+        }
+    }
+
     /// The input as reports have it.
     pub(crate) fn shown(&self) -> String {
         match self.volume {
             Found::Stdin => "standard input".to_owned(),
-            _ => self.path.display().to_string(),
+            _ => readable(&self.path),
         }
     }
 }

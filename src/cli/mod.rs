@@ -32,7 +32,7 @@ use args::{Cli, Command};
 use term::Term;
 
 use crate::cancel::Cancel;
-use crate::error::Kind;
+use crate::error::{Kind, readable};
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
@@ -41,7 +41,7 @@ pub fn main() -> ExitCode {
         Err((error, is_json)) => {
             Term::error(&error);
             if is_json {
-                let input = error.path().map_or_else(String::new, |p| p.display().to_string());
+                let input = error.path().map_or_else(String::new, readable);
                 Term::json(&report::failed("mcubes/1", &input, &error.into())).ok();
             }
             return ExitCode::from(2);

@@ -124,6 +124,10 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
     if args.batch.resume && !matches!(output, Output::Folder(_)) {
         return Err(Usage::new("--resume keeps its record in an output folder").hint("-o meshes/"));
     }
+    if args.batch.shard.is_some() && !matches!(output, Output::Folder(_)) {
+        return Err(Usage::new("--shard takes its share of the meshes of an output folder")
+            .hint("-o meshes/"));
+    }
     let extract = extract(args, reading, &output)?;
     let pattern = args.batch.name.as_deref().map(Pattern::parse).transpose()?;
     let threads = threads(args.threads)?;
@@ -279,8 +283,7 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     };
     if is_dash(path) {
         if args.output.json {
-            return Err(Usage::new("--json and -o - both want standard output")
-                .hint("write the mesh to a file"));
+            return Err(both_on_stdout(path, "mesh"));
         }
         if is_many {
             return Err(Usage::new("standard output holds one mesh").hint("-o meshes/"));
@@ -314,7 +317,23 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
             return Err(Usage::new(format!("{shown}: the output is the input")));
         }
     }
+    if args.output.json && is_stdout(path) {
+        return Err(both_on_stdout(path, "mesh"));
+    }
     Ok(Output::File(path.clone()))
+}
+
+/// Two things for one place; `what` is the one that has others.
+pub(crate) fn both_on_stdout(path: &Path, what: &str) -> Usage {
+    Usage::new(format!("--json and -o {} both want standard output", path.display()))
+        .hint(format!("write the {what} to a file"))
+}
+
+/// Whether a path is another name of standard output. The system has no name for a pipe, so its
+/// own names are known here.
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    let names = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].map(Path::new);
+    names.contains(&path) || is_same_file(path, names[0])
 }
 
 /// A folder that is missing; `wanted` is what making would help.

@@ -6,12 +6,12 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::args::PhantomArgs;
-use super::options::{self, is_dash};
+use super::options::{self, both_on_stdout, is_dash, is_stdout};
 use super::report::{affine, measured};
 use super::term::Term;
 use super::usage::Usage;
 use crate::cancel::Cancel;
-use crate::error::{Error, Kind};
+use crate::error::{Error, Kind, readable};
 use crate::phantom::Phantom;
 use crate::sink::folder_of;
 
@@ -53,13 +53,11 @@ pub(crate) fn run(
 
 /// The file to be written, or none for standard output.
 fn output(path: &Path, json: bool) -> Result<Option<&Path>, Usage> {
+    if json && (is_dash(path) || is_stdout(path)) {
+        return Err(both_on_stdout(path, "volume"));
+    }
     if is_dash(path) {
-        return if json {
-            Err(Usage::new("--json and -o - both want standard output")
-                .hint("write the volume to a file"))
-        } else {
-            Ok(None)
-        };
+        return Ok(None);
     }
     let shown = path.display();
     if path.is_dir() {
@@ -113,7 +111,7 @@ fn done(
         "schema": "mcubes-phantom/1",
         "status": "ok",
         "kind": phantom.shape.as_str(),
-        "output": output.display().to_string(),
+        "output": readable(output),
         "dims": meta.grid.dims.to_array(),
         "spacing": meta.grid.affine.spacing(),
         "affine": affine(&meta.grid.affine),
@@ -135,7 +133,7 @@ fn failed(phantom: &Phantom, output: &Path, error: &Error) -> Value {
         "schema": "mcubes-phantom/1",
         "status": "failed",
         "kind": phantom.shape.as_str(),
-        "output": output.display().to_string(),
+        "output": readable(output),
         "error": { "kind": error.kind().as_str(), "message": error.to_string(), "hint": error.hint() },
     })
 }

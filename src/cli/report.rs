@@ -6,6 +6,7 @@ use super::job::{Destination, Scan, Target};
 use super::level::Level;
 use super::options::Extract;
 use super::trouble::Trouble;
+use crate::error::readable;
 use crate::geom::{Affine, Space, orientation};
 use crate::pipeline::Report;
 use crate::source::grouped;
@@ -32,7 +33,7 @@ impl Done {
             Space::Ras | Space::Lps => (" mm²", " mm³"),
         };
         let to = match &self.output {
-            Destination::File(path) => format!("{}: ", path.display()),
+            Destination::File(path) => format!("{}: ", readable(path)),
             Destination::Stdout => String::new(),
         };
         format!(
@@ -71,7 +72,7 @@ pub(crate) fn done(input: &str, options: &Extract, done: &Done) -> Value {
         "spacing": meta.grid.affine.spacing(),
         "affine": affine(&meta.grid.affine),
         "orientation": orientation(&meta.grid.affine),
-        "tilt": meta.series.as_ref().map_or(0.0, |s| s.tilt_degrees),
+        "tilt": meta.tilt_degrees(),
         "gaps": meta.gaps_mm,
         "stored": meta.stored.as_str(),
         // Labels have no level.

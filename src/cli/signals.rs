@@ -13,9 +13,8 @@ const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 #[cfg(not(unix))]
 const SIGNALS: [i32; 2] = [SIGINT, SIGTERM];
 
-/// The flag that the first such signal raises. The second ends the process at once, for a run that
-/// waits for a reader which gives nothing; it may leave a temporary file, never one under a final
-/// name.
+/// The flag that the first such signal raises. The second ends the process at once, for a run whose
+/// output nobody takes; it may leave a temporary file, never one under a final name.
 pub(crate) fn cancel_on_signals() -> Cancel {
     let cancel = Cancel::new();
     // Where no handler can be set, the system's own stays: the process ends at once.

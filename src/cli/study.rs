@@ -8,6 +8,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::report::affine;
+use crate::error::readable;
 use crate::geom::orientation;
 use crate::source::dicom::{self, Candidate, Study};
 use crate::volume::Meta;
@@ -39,7 +40,7 @@ pub(crate) fn object(path: &Path, study: &Study) -> Value {
         .collect();
     json!({
         "schema": "mcubes-info/1",
-        "input": path.display().to_string(),
+        "input": readable(path),
         "volumes": volumes,
         "set_aside": aside,
         "left_out": faults,
@@ -81,11 +82,11 @@ fn volume_object(volume: &Candidate, is_default: bool) -> Value {
 pub(crate) fn text(path: &Path, study: &Study) -> String {
     let default = study.default().ok();
     let mut out = match (study.volumes.len(), default) {
-        (1, _) => format!("{}: 1 volume\n", path.display()),
-        (n, None) => format!("{}: {n} volumes, none of them fit\n", path.display()),
+        (1, _) => format!("{}: 1 volume\n", readable(path)),
+        (n, None) => format!("{}: {n} volumes, none of them fit\n", readable(path)),
         (n, Some(_)) => format!(
             "{}: {n} volumes; * is meshed unless --series chooses another\n",
-            path.display()
+            readable(path)
         ),
     };
     table(&mut out, study, default.filter(|_| study.volumes.len() > 1));

@@ -1,6 +1,6 @@
 //! The map from voxel indices to millimetres.
 
-use super::vec3::{Vec3, cross, dot, norm};
+use super::vec3::{Vec3, cross, dot, norm, scale};
 
 /// A 3 × 4 matrix in `f64`, rows first: `(i, j, k, 1)` to a point, normally RAS millimetres.
 ///
@@ -73,6 +73,15 @@ impl Affine {
         [norm(self.column(0)), norm(self.column(1)), norm(self.column(2))]
     }
 
+    /// The angle between the step along k and the normal of the plane of i and j, in degrees, from 0
+    /// to 90.
+    pub fn tilt_degrees(&self) -> f64 {
+        // Unit vectors, since products of lengths may overflow.
+        let [i, j, k] = [0, 1, 2].map(|c| scale(self.column(c), 1.0 / norm(self.column(c))));
+        let normal = cross(i, j);
+        norm(cross(k, normal)).atan2(dot(k, normal).abs()).to_degrees()
+    }
+
     /// The determinant of the linear part: negative where the map mirrors.
     pub fn determinant(&self) -> f64 {
         dot(cross(self.column(0), self.column(1)), self.column(2))
@@ -129,6 +138,18 @@ mod tests {
         let a = Affine::from_columns([-3.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 20.0], [0.0; 3]);
         assert!((a.least_singular_value() - 0.5).abs() < 1e-9);
         assert!((Affine::IDENTITY.least_singular_value() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn tilt_is_the_angle_that_the_slices_lean_by() {
+        let leaning = |y: f64, z: f64| {
+            Affine::from_columns([0.0, 2.0, 0.0], [-3.0, 0.0, 0.0], [0.0, y, z], [7.0; 3])
+        };
+        assert_eq!(leaning(0.0, -4.0).tilt_degrees(), 0.0);
+        for (y, z, degrees) in [(1.0, 1.0, 45.0), (-2.0, -2.0, 45.0), (1e-9, 1.0, 5.7296e-8)] {
+            let tilt = leaning(y, z).tilt_degrees();
+            assert!((tilt - degrees).abs() <= 1e-5 * degrees, "{y} {z}: {tilt}");
+        }
     }
 
     #[test]

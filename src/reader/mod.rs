@@ -13,7 +13,7 @@ mod stl;
 pub use error::ReadError;
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use crate::Error;
@@ -21,6 +21,9 @@ use crate::mesh::Mesh;
 
 /// As much of a file as tells what it is.
 const SNIFF_BYTES: u64 = 4096;
+
+/// What some editors begin UTF-8 text with (U+FEFF).
+const MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// An open mesh file of known length.
 type Input = BufReader<File>;
@@ -50,9 +53,14 @@ fn open(path: &Path) -> Result<Mesh, ReadError> {
     let n_bytes = file.metadata()?.len();
     let mut start = Vec::new();
     (&mut file).take(SNIFF_BYTES).read_to_end(&mut start)?;
-    file.rewind()?;
+    let sniffed = sniff(&start, n_bytes, path);
+    // The mark is no part of the text; of binary STL it would be part of the header.
+    let is_marked = start.starts_with(MARK) && sniffed != Some(Sniffed::StlBinary);
+    let skipped = if is_marked { MARK.len() as u64 } else { 0 };
+    file.seek(SeekFrom::Start(skipped))?;
+    let n_bytes = n_bytes - skipped;
     let input = BufReader::with_capacity(1 << 20, file);
-    match sniff(&start, n_bytes, path) {
+    match sniffed {
         Some(Sniffed::StlBinary) => stl::binary(input, n_bytes),
         Some(Sniffed::StlText) => stl::text(input),
         Some(Sniffed::Ply) => ply::read(input, n_bytes),
@@ -72,7 +80,8 @@ enum Sniffed {
 /// What the file is by its first bytes and its size; where they do not tell, its extension may.
 fn sniff(start: &[u8], n_bytes: u64, path: &Path) -> Option<Sniffed> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    if start.starts_with(b"ply") && matches!(start.get(3), Some(b'\n' | b'\r' | b' ' | b'\t')) {
+    let text = start.strip_prefix(MARK).unwrap_or(start);
+    if text.starts_with(b"ply") && matches!(text.get(3), Some(b'\n' | b'\r' | b' ' | b'\t')) {
         return Some(Sniffed::Ply);
     }
     // Some programs begin binary files with `solid`, so the size is asked first.
@@ -80,11 +89,11 @@ fn sniff(start: &[u8], n_bytes: u64, path: &Path) -> Option<Sniffed> {
         return Some(Sniffed::StlBinary);
     }
     let is_text = !start.contains(&0);
-    let first = start.trim_ascii_start();
-    if is_text && first.starts_with(b"solid") {
+    let word = text.trim_ascii_start().get(..5);
+    if is_text && word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) {
         return Some(Sniffed::StlText);
     }
-    if is_text && (extension == "obj" || obj::is_likely(start)) {
+    if is_text && (extension == "obj" || obj::is_likely(text)) {
         return Some(Sniffed::Obj);
     }
     (extension == "stl" && !start.is_empty() && !is_text).then_some(Sniffed::StlBinary)

@@ -56,6 +56,15 @@ impl Target {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(|e| SinkError::Io(bare(e)))?;
+        #[cfg(unix)]
+        if let Ok(replaced) = fs::metadata(&path) {
+            // Who may read what is replaced may read what replaces it, and nobody else. Some file
+            // systems have no modes to set.
+            use std::os::unix::fs::PermissionsExt;
+            let mode = replaced.permissions().mode() & 0o777;
+            let mode = fs::Permissions::from_mode(mode);
+            let _ = file.as_file().set_permissions(mode);
+        }
         Ok(Self { goal: Goal::Rename(file, path) })
     }
 
@@ -123,11 +132,17 @@ fn temporary(error: io::Error) -> SinkError {
     SinkError::Temporary { folder: tempfile::env::temp_dir(), error: bare(error) }
 }
 
-/// The system's error without the temporary name that `tempfile` adds to it.
+/// The system's error without the temporary name that `tempfile` adds to it. Its number is only in
+/// the words then, and says more than its kind.
 fn bare(e: io::Error) -> io::Error {
-    match e.get_ref() {
-        Some(_) => io::Error::from(e.kind()),
-        None => e,
+    if e.get_ref().is_none() {
+        return e;
+    }
+    let text = e.to_string();
+    let number = text.split_once("(os error ").and_then(|(_, end)| end.split(')').next());
+    match number.and_then(|number| number.parse().ok()) {
+        Some(number) => io::Error::from_raw_os_error(number),
+        None => io::Error::from(e.kind()),
     }
 }
 

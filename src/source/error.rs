@@ -3,6 +3,7 @@
 use super::WrapError;
 use super::nifti::NiftiError;
 use super::raw::RawError;
+use super::waiting::is_stopped;
 use crate::error::{Failure, Kind, system_hint, system_words};
 use crate::geom::DimsError;
 
@@ -114,7 +115,7 @@ pub enum SourceError {
 
 impl From<std::io::Error> for SourceError {
     fn from(error: std::io::Error) -> Self {
-        Self::Io(error)
+        if is_stopped(&error) { Self::Interrupted } else { Self::Io(error) }
     }
 }
 

@@ -7,6 +7,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use flate2::bufread::GzDecoder;
 
 use super::SourceError;
+use super::waiting::is_stopped;
 
 /// Compressed bytes read at a time.
 const INPUT_BYTES: usize = 256 << 10;
@@ -28,9 +29,15 @@ pub(super) struct Gunzip {
 }
 
 impl Gunzip {
-    /// Whether bytes begin a gzip member that uses deflate.
+    /// Whether bytes begin a gzip member, perhaps a damaged one.
     pub(super) fn recognise(head: &[u8]) -> bool {
         head.starts_with(&[0x1f, 0x8b])
+    }
+
+    /// Whether bytes begin a member that can be read: where anything at all may stand, two bytes
+    /// say little. The method is deflate and no reserved flag is set (RFC 1952, 2.3.1).
+    pub(super) fn recognise_fully(head: &[u8]) -> bool {
+        matches!(head, [0x1f, 0x8b, 8, flags, ..] if flags & 0xe0 == 0)
     }
 
     pub(super) fn new(input: Box<dyn Read + Send>) -> Self {
@@ -67,7 +74,7 @@ impl Gunzip {
                     self.inflated += n as u64;
                 }
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                Err(e) if e.raw_os_error().is_some() => return Err(SourceError::Io(e)),
+                Err(e) if e.raw_os_error().is_some() || is_stopped(&e) => return Err(e.into()),
                 Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
                     self.cut = true;
                     self.member = None;
@@ -92,7 +99,7 @@ impl Gunzip {
             let found = match input.fill_buf() {
                 Ok(found) => found,
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-                Err(e) => return Err(SourceError::Io(e)),
+                Err(e) => return Err(e.into()),
             };
             match found {
                 [] => return Ok(()),

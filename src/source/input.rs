@@ -8,6 +8,8 @@ use std::path::Path;
 use super::SourceError;
 use super::gunzip::Gunzip;
 use super::stream::ByteStream;
+use super::waiting::Waiting;
+use crate::cancel::Cancel;
 
 /// Bytes looked at: both NIfTI headers and DICOM's preamble fit.
 pub(super) const HEAD_BYTES: usize = 544;
@@ -28,26 +30,32 @@ enum Source {
     /// A regular file; its cursor may stand anywhere.
     File(File),
     /// What follows the head.
-    Stream(Box<dyn Read + Send>),
+    Stream(Waiting),
 }
 
 impl Input {
-    pub(super) fn open(path: &Path) -> Result<Self, SourceError> {
-        let mut file = File::open(path)?;
-        let facts = file.metadata()?;
+    /// What is no regular file may keep waiting, already to be opened, until `cancel` is raised.
+    pub(super) fn open(path: &Path, cancel: &Cancel) -> Result<Self, SourceError> {
+        let facts = std::fs::metadata(path)?;
         if facts.is_dir() {
             return Err(SourceError::Folder);
         }
-        let head = read_head(&mut file)?;
-        if facts.is_file() {
-            Ok(Self { source: Source::File(file), size: Some(facts.len()), head })
-        } else {
-            Ok(Self { source: Source::Stream(Box::new(file)), size: None, head })
+        if !facts.is_file() {
+            let path = path.to_owned();
+            return Self::stream(Waiting::new(|| File::open(path), cancel)?);
         }
+        let mut file = File::open(path)?;
+        let size = file.metadata()?.len();
+        let head = read_head(&mut file)?;
+        Ok(Self { source: Source::File(file), size: Some(size), head })
     }
 
-    /// A stream without a name, such as standard input.
-    pub(super) fn stream(mut stream: Box<dyn Read + Send>) -> Result<Self, SourceError> {
+    /// Standard input.
+    pub(super) fn stdin(cancel: &Cancel) -> Result<Self, SourceError> {
+        Self::stream(Waiting::new(|| Ok(std::io::stdin()), cancel)?)
+    }
+
+    fn stream(mut stream: Waiting) -> Result<Self, SourceError> {
         let head = read_head(&mut stream)?;
         Ok(Self { source: Source::Stream(stream), size: None, head })
     }

@@ -17,6 +17,7 @@ mod open;
 mod raw;
 mod stream;
 mod survey;
+mod waiting;
 mod wrap;
 
 pub(crate) use buffer::buffer;

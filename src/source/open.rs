@@ -6,6 +6,7 @@ use super::input::Input;
 use super::nifti::{self, Nifti, Part};
 use super::{SourceError, Volume};
 use crate::Error;
+use crate::cancel::Cancel;
 use crate::volume::{Meta, Note};
 
 /// The most volumes of one file that [`volumes`] lists.
@@ -54,7 +55,7 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
     if !facts.is_file() {
         return Ok(Content::Stream);
     }
-    let input = Input::open(path).map_err(at)?;
+    let input = Input::open(path, &Cancel::new()).map_err(at)?;
     match content_of(input.head()) {
         Content::Nifti => Ok(Content::Nifti),
         _ if is_image(path) => Ok(Content::Nifti),
@@ -67,14 +68,29 @@ pub fn sniff(path: &Path) -> Result<Content, Error> {
     }
 }
 
-/// The files that a volume at `path` is read from: itself, and the other one of a pair.
+/// The files that a volume at `path` is read from: itself, and the other one of a pair. Reads the
+/// header of a regular file whose name does not tell.
 pub fn files(path: &Path) -> Vec<PathBuf> {
     let other = match nifti::part_by_name(path) {
         Some(Part::Image) => nifti::partner(path, Part::Header).ok(),
         Some(Part::Header) => nifti::partner(path, Part::Image).ok(),
+        None if is_header_of_pair(path) => nifti::partner(path, Part::Image).ok(),
         None => None,
     };
     [Some(path.to_owned()), other].into_iter().flatten().collect()
+}
+
+/// Whether a regular file begins with the header of a pair, as a `.nii` may that was split.
+fn is_header_of_pair(path: &Path) -> bool {
+    let header = || {
+        let input = Input::open(path, &Cancel::new()).ok()?;
+        if !input.is_gzip() {
+            return Some(input.head().to_vec());
+        }
+        nifti::head_of(&mut input.into_stream(true).ok()?).ok()
+    };
+    // What is no regular file gives its bytes only once.
+    path.is_file() && header().is_some_and(|header| nifti::is_of_pair(&header))
 }
 
 /// Whether a volume at `path` can be read only once, since it, or the other file of its pair, is a
@@ -104,7 +120,8 @@ fn content_of(head: &[u8]) -> Content {
     if super::dicom::is_zip(head) {
         return Content::Zip;
     }
-    let foreign: [(&[u8], &str); 12] = [
+    let foreign: [(&[u8], &str); 13] = [
+        (b"\0\x05\x16\x07", "AppleDouble"),
         (b"NRRD000", "NRRD"),
         (b"ObjectType", "MetaImage"),
         (b"\x89HDF\r\n\x1a\n", "HDF5 (MINC 2)"),
@@ -126,13 +143,14 @@ fn content_of(head: &[u8]) -> Content {
 }
 
 /// Opens the NIfTI file at `path`; `path` may be either part of a pair. Nothing but headers is
-/// read; a plain file's size is checked against its header.
+/// read; a plain file's size is checked against its header. `cancel` ends a wait for a pipe, then and
+/// while its planes are read.
 ///
 /// # Errors
 /// Everything that headers and sizes can have wrong. What only the samples can show comes from the
 /// planes.
-pub fn open(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error> {
-    let nifti = open_nifti(path)?;
+pub fn open(path: &Path, options: &OpenOptions, cancel: &Cancel) -> Result<Volume<'static>, Error> {
+    let nifti = open_nifti(path, cancel)?;
     let of = nifti.meta.n_volumes;
     let mut volume = nifti.volume(options.volume.unwrap_or(1)).map_err(|e| Error::at(path, e))?;
     if of > 1 && options.volume.is_none() {
@@ -147,7 +165,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Volume<'static>, Error
 /// # Errors
 /// As [`open`].
 pub fn volumes(path: &Path) -> Result<Vec<Meta>, Error> {
-    Ok(volumes_beside(&open_nifti(path)?.meta))
+    Ok(volumes_beside(&open_nifti(path, &Cancel::new())?.meta))
 }
 
 /// As [`volumes`], of the file that one of its volumes was opened from. Reads nothing.
@@ -158,20 +176,24 @@ pub fn volumes_beside(one: &Meta) -> Vec<Meta> {
     listed.map(|number| Meta { volume_number: number, ..meta.clone() }).collect()
 }
 
-fn open_nifti(path: &Path) -> Result<Nifti, Error> {
+fn open_nifti(path: &Path, cancel: &Cancel) -> Result<Nifti, Error> {
     let at = |e: SourceError| Error::at(path, e);
-    let input = Input::open(path).map_err(at)?;
+    let input = Input::open(path, cancel).map_err(at)?;
     let unknown = |name| Error::at(path, SourceError::UnknownFormat(name));
+    let is_image = is_image(path);
     match content_of(input.head()) {
-        Content::Nifti => Nifti::open(path, input),
-        _ if is_image(path) => {
+        // The samples of an image may begin like a header, but not like one that can be used.
+        Content::Nifti if !is_image || nifti::is_usable(input.head()) => {
+            Nifti::open(path, input, cancel)
+        }
+        _ if is_image => {
             let header = nifti::partner(path, Part::Header).map_err(|e| at(e.into()))?;
-            let input = Input::open(&header).map_err(|e| Error::at(&header, e))?;
-            Nifti::open(&header, input)
+            let input = Input::open(&header, cancel).map_err(|e| Error::at(&header, e))?;
+            Nifti::open(&header, input, cancel)
         }
         Content::Dicom => Err(unknown(Some("DICOM"))),
         Content::Zip => Err(unknown(Some("a zip archive"))),
         Content::Foreign(name) => Err(unknown(Some(name))),
-        _ => Nifti::open(path, input),
+        _ => Nifti::open(path, input, cancel),
     }
 }

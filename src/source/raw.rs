@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use super::file::FilePlanes;
+use super::gunzip::Gunzip;
 use super::input::{Input, check_gzip_size};
 use super::layout::{IntoPlanes, Layout};
 use super::stream::StreamPlanes;
 use super::{AnyPlanes, SourceError, Volume};
 use crate::Error;
+use crate::cancel::Cancel;
 use crate::error::{Failure, Kind};
 use crate::geom::{Affine, Dims, DimsError, Grid};
 use crate::source::error::grouped;
@@ -141,19 +143,24 @@ impl Failure for RawError {
 }
 
 /// Opens samples without a header. A plain file is read plane by plane in any order; gzip (told by
-/// content) and standard input come in order.
+/// content) and standard input come in order. `cancel` ends a wait for a pipe, then and while its
+/// planes are read.
 ///
 /// # Errors
 /// `bad-dims`, `bad-affine`, `too-large`; `size-mismatch` at once for a plain file, else from the
 /// planes; what the system says when the file cannot be read.
-pub fn open_raw(input: RawInput, options: &RawOptions) -> Result<Volume<'static>, Error> {
+pub fn open_raw(
+    input: RawInput,
+    options: &RawOptions,
+    cancel: &Cancel,
+) -> Result<Volume<'static>, Error> {
     match input {
         RawInput::Path(path) => {
-            let open = || from_input(Input::open(&path)?, options);
+            let open = || from_input(Input::open(&path, cancel)?, options);
             open().map_err(|e| Error::at(&path, e))
         }
         RawInput::Stdin => {
-            let open = || from_input(Input::stream(Box::new(std::io::stdin()))?, options);
+            let open = || from_input(Input::stdin(cancel)?, options);
             open().map_err(|e| Error::at("standard input", e))
         }
     }
@@ -164,8 +171,8 @@ fn from_input(input: Input, options: &RawOptions) -> Result<Volume<'static>, Sou
     let size = options.stored.size();
     let [nx, ny, nz] = options.dims;
     let expected = bytes_of(options)?;
-    // A plain file may happen to begin like gzip: the size that fits exactly decides.
-    let gzip = input.is_gzip() && input.size() != Some(expected);
+    // A plain file may happen to begin just like gzip: the size that fits exactly decides.
+    let gzip = Gunzip::recognise_fully(input.head()) && input.size() != Some(expected);
     if !gzip && let Some(found) = input.size().filter(|&found| found != expected) {
         let dims = options.dims.map(|n| n as u64);
         let mismatch = SizeMismatch {

@@ -31,7 +31,7 @@ impl ByteStream {
                 Ok(0) => break,
                 Ok(n) => done += n,
                 Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-                Err(e) => return Err(SourceError::Io(e)),
+                Err(e) => return Err(e.into()),
             }
         }
         Ok(done)

@@ -112,6 +112,11 @@ pub struct Meta {
 }
 
 impl Meta {
+    /// The angle between the step from plane to plane and the normal of the planes, in degrees.
+    pub fn tilt_degrees(&self) -> f64 {
+        self.series.as_ref().map_or_else(|| self.grid.affine.tilt_degrees(), |s| s.tilt_degrees)
+    }
+
     /// The facts of a volume that has a grid and a type and nothing else to say.
     pub fn plain(format: Format, grid: Grid, stored: StoredType) -> Self {
         Self {

@@ -55,19 +55,22 @@ pub struct Suggestion {
 impl Survey {
     /// Sums up a volume's counts.
     pub(crate) fn new<T: Sample>(meta: &Meta, mut tally: Tally<T>, notes: Vec<Note>) -> Self {
-        let counts = tally.finish();
         let rescale = meta.rescale;
-        let range =
-            tally.range().map(|(low, high)| in_order(rescale.real(low), rescale.real(high)));
+        // What the rescale takes beyond `f64` is infinite, as samples may be.
+        let (counts, beyond): (Vec<_>, Vec<_>) =
+            tally.finish().into_iter().partition(|(v, _)| rescale.real(*v).is_finite());
+        let is_finite =
+            |(low, high): &(f64, f64)| [low, high].iter().all(|v| rescale.real(**v).is_finite());
+        let stored = tally.range().filter(is_finite).or_else(|| ends(&counts));
+        let range = stored.map(|(low, high)| in_order(rescale.real(low), rescale.real(high)));
         let is_integer = !matches!(T::TYPE, super::StoredType::F32 | super::StoredType::F64);
         Self {
             range,
             n_samples: tally.n_samples,
             n_nan: tally.n_nan,
-            n_infinite: tally.n_infinite,
+            n_infinite: tally.n_infinite + beyond.iter().map(|(_, n)| n).sum::<u64>(),
             n_padding: tally.n_padding,
-            histogram: tally
-                .range()
+            histogram: stored
                 .map(|range| histogram(&counts, range, is_integer, rescale))
                 .unwrap_or_default(),
             otsu: otsu(&counts, rescale),
@@ -106,6 +109,11 @@ impl Survey {
     }
 }
 
+/// The first and the last value.
+fn ends(counts: &[(f64, u64)]) -> Option<(f64, f64)> {
+    Some((counts.first()?.0, counts.last()?.0))
+}
+
 fn in_order(a: f64, b: f64) -> (f64, f64) {
     if a <= b { (a, b) } else { (b, a) }
 }
@@ -136,6 +144,8 @@ fn histogram(
         }
     }
     let end = if is_integer { low + 2.0 * width * n_bars as f64 } else { high };
+    // The end of the last bar may lie beyond the last value, and the rescale take it beyond `f64`.
+    let end = if rescale.real(end).is_finite() { end } else { high };
     let (low, high) = (rescale.real(low), rescale.real(end));
     if low <= high {
         return Histogram { low, high, counts: bars };
@@ -147,7 +157,7 @@ fn histogram(
 /// N. Otsu, "A threshold selection method from gray-level histograms" (1979), on the values that
 /// occur; the threshold is put half way to the next value.
 fn otsu(counts: &[(f64, u64)], rescale: Rescale) -> Option<f64> {
-    let (low, high) = (counts.first()?.0, counts.last()?.0);
+    let (low, high) = ends(counts)?;
     let span = high / 2.0 - low / 2.0;
     if span <= 0.0 {
         return None;

@@ -5,6 +5,7 @@ mod entries;
 mod find;
 mod kill;
 mod levels;
+mod names;
 mod pipes;
 mod resume;
 mod run;

@@ -1,6 +1,7 @@
 //! The command line, as typed.
 
 mod ends;
+mod info;
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -41,6 +42,7 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a.nii", "-", "--iso", "3", "-o", "x/"], "goes with no other input"),
         (vec!["a.nii", "--iso", "3", "-o", "in.stl/"], "is a file"),
         (vec!["a.nii", "--iso", "3", "-o", "x.stl", "--resume"], "--resume keeps its record"),
+        (vec!["a.nii", "--iso", "3", "-o", "x.stl", "--shard", "2/2"], "--shard takes its share"),
         (vec!["a.nii", "--iso", "bones", "-o", "x.stl"], "bone, soft, fat, skin, lung"),
         (vec!["a.nii", "--iso", "3", "-o", "x/", "--name", "../{stem}"], "below the output folder"),
         (vec!["a.nii", "--iso", "3", "-o", "x/", "--name", "{name}"], "no field is called {name}"),
@@ -53,6 +55,9 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["in.stl", "--iso", "3", "-o", "in.stl"], "the output is the input"),
         (vec!["in.stl", "--iso", "3", "-o", "./in.stl"], "the output is the input"),
         (vec!["a.nii", "--iso", "3", "-o", "-", "--json"], "both want standard output"),
+        (vec!["a.nii", "--iso", "3", "-o", "/dev/stdout", "--json"], "both want standard output"),
+        (vec!["a.nii", "--iso", "3", "-o", "/dev/fd/1", "--json"], "both want standard output"),
+        (vec!["phantom", "torus", "-o", "/dev/stdout", "--json"], "both want standard output"),
         (vec!["-", "--iso", "3", "-o", "x.stl"], "--dims is missing"),
         (vec!["-", "--dims", "2x2x2", "--type", "u8", "-o", "x.stl"], "--iso or --mask is missing"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--dims", "2x2x2"], "--type is missing"),

@@ -3,6 +3,7 @@
 
 use std::io::Write;
 
+use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, Dims, Place, Space};
 use mcubes::pipeline::{Method, RunOptions, SurfaceOptions, extract, working_bytes};
 use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
@@ -98,7 +99,7 @@ fn narrow(threads: usize, method: Method) {
         file.write_all(&plane).unwrap();
     }
     let options = RawOptions::new(dims, StoredType::U8);
-    let volume = open_raw(RawInput::Path(path), &options).unwrap();
+    let volume = open_raw(RawInput::Path(path), &options, &Cancel::new()).unwrap();
     let surface = SurfaceOptions { method, ..SurfaceOptions::at(240.5) };
     mesh_within_bound(volume, surface, threads);
 }

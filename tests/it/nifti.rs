@@ -2,18 +2,20 @@
 
 use std::path::Path;
 
+use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, orientation};
 use mcubes::source::{self, OpenOptions};
 use mcubes::volume::{Meta, Note};
 use mcubes::{Error, Kind};
 use serde_json::Value;
 
+use super::nifti_hostile::small;
 use crate::support::expected::{Entry, compare_values, entries, floats};
 use crate::support::planes::{checksum, read_all};
 use crate::support::repository;
 
 fn read(path: &Path, volume: Option<usize>) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
-    read_all(source::open(path, &OpenOptions { volume }), path)
+    read_all(source::open(path, &OpenOptions { volume }, &Cancel::new()), path)
 }
 
 fn of_status(status: &str) -> Vec<Entry> {
@@ -199,4 +201,114 @@ fn the_samples_of_a_pair_may_begin_like_gzip() {
         assert_eq!(values.len() * 2, samples.len());
         assert_eq!(source::sniff(&path).unwrap(), source::Content::Nifti);
     }
+}
+
+/// A file of 4 x 3 x 2 samples with other bytes at some places, written to `folder`.
+fn changed(folder: &Path, name: &str, changes: &[(usize, &[u8])]) -> std::path::PathBuf {
+    let mut bytes = small(1);
+    for (at, new) in changes {
+        bytes[*at..at + new.len()].copy_from_slice(new);
+    }
+    std::fs::write(folder.join(name), bytes).unwrap();
+    folder.join(name)
+}
+
+/// nibabel's base affine takes as many pixdims as there are dimensions, and 1 for the others.
+#[test]
+fn dimensions_that_are_not_there_have_a_step_of_1() {
+    let folder = tempfile::tempdir().unwrap();
+    let pixdims: Vec<u8> = [2_f32, 3.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let zero = "pixdim[3] is 0: taken as 1 mm";
+    for (n_dims, steps, is_told) in
+        [(1, [-2.0, 1.0, 1.0], false), (2, [-2.0, 3.0, 1.0], false), (3, [-2.0, 3.0, 1.0], true)]
+    {
+        let file = changed(folder.path(), "v.nii", &[(40, &[n_dims]), (254, &[0]), (80, &pixdims)]);
+        let (meta, _, notes) = read(&file, None).unwrap();
+        let rows = meta.grid.affine.rows();
+        assert_eq!([0, 1, 2].map(|d| rows[d][d]), steps, "{n_dims}");
+        let is_there = meta.notes.iter().chain(&notes).any(|note| note.to_string() == zero);
+        assert_eq!(is_there, is_told, "{n_dims}");
+    }
+}
+
+#[test]
+fn one_slice_without_a_step_is_as_thick_as_a_millimetre() {
+    let folder = tempfile::tempdir().unwrap();
+    let zero = 0_f32.to_le_bytes();
+    let flat = [(46, &[1][..]), (320, &zero), (284, &[0, 0, 0x80, 0x3f])];
+    let (meta, _, _) = read(&changed(folder.path(), "v.nii", &flat), None).unwrap();
+    assert_eq!(meta.grid.affine.column(1), [1.0, 1.0, 0.0]);
+    assert_eq!(meta.grid.affine.column(2), [0.0, 0.0, 1.0]);
+    let told = meta.notes.iter().any(|note| note.to_string().contains("no step along k"));
+    assert!(told, "{:?}", meta.notes);
+    // Of two slices it would put one upon the other.
+    let error = read(&changed(folder.path(), "v.nii", &flat[1..]), None).unwrap_err();
+    assert_eq!(error.kind(), Kind::BadAffine, "{error}");
+}
+
+/// The header of a pair, and its samples with some first bytes.
+fn pair(begin: &[u8]) -> (Vec<u8>, Vec<u8>) {
+    let mut header = small(1);
+    header[344..348].copy_from_slice(b"ni1\0");
+    header[108..112].fill(0);
+    let mut image = header.split_off(352);
+    header.truncate(348);
+    image[..begin.len()].copy_from_slice(begin);
+    (header, image)
+}
+
+#[test]
+fn the_other_file_of_a_pair_is_the_one_that_is_named_most_alike() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().unwrap();
+    let gzip = |bytes: &[u8]| {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let (header, packed) = pair(&7_i16.to_le_bytes());
+    let (_, plain) = pair(&9_i16.to_le_bytes());
+    for (name, bytes) in [
+        ("a.hdr.gz", gzip(&header)),
+        ("a.img.gz", gzip(&packed)),
+        ("a.img", plain),
+        ("a.hdr", header.clone()),
+        ("B.HDR.gz", gzip(&header)),
+        ("b.img.gz", gzip(&packed)),
+        ("B.IMG.gz", gzip(&packed)),
+    ] {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let first = |name: &str| read(&folder.path().join(name), None).unwrap().1[0];
+    for (name, value) in [("a.hdr.gz", 7.0), ("a.hdr", 9.0), ("a.img.gz", 7.0), ("a.img", 9.0)] {
+        assert_eq!(first(name), value, "{name}");
+    }
+    let files = source::files(&folder.path().join("B.HDR.gz"));
+    assert_eq!(files[1], folder.path().join("B.IMG.gz"));
+}
+
+#[test]
+fn the_samples_of_a_pair_may_begin_like_a_header() {
+    let folder = tempfile::tempdir().unwrap();
+    let [header, image] = ["a.hdr", "a.img"].map(|name| folder.path().join(name));
+    for size in [348_i32, 540, i32::swap_bytes(348)] {
+        let (head, samples) = pair(&size.to_le_bytes());
+        std::fs::write(&header, head).unwrap();
+        std::fs::write(&image, samples).unwrap();
+        let [a, b] = [&header, &image].map(|path| read(path, None).unwrap().1);
+        assert_eq!(a, b, "{size}");
+        assert_eq!(source::sniff(&image).unwrap(), source::Content::Nifti);
+    }
+}
+
+#[test]
+fn the_files_of_a_pair_are_known_by_its_header_whatever_it_is_called() {
+    let folder = tempfile::tempdir().unwrap();
+    let (header, image) = pair(&[]);
+    let [other, samples] = ["k.nii", "k.img"].map(|name| folder.path().join(name));
+    std::fs::write(&other, header).unwrap();
+    std::fs::write(&samples, image).unwrap();
+    assert_eq!(source::files(&other), [other.clone(), samples]);
+    let alone = changed(folder.path(), "alone.nii", &[]);
+    assert_eq!(source::files(&alone), [alone]);
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use mcubes::cancel::Cancel;
 use mcubes::source::{self, Content, OpenOptions, RawInput, RawOptions, open_raw, sniff};
 use mcubes::volume::{Meta, Note, StoredType};
 use mcubes::{Error, Kind};
@@ -14,7 +15,7 @@ use crate::support::planes::{checksum, is_positioned, read_all};
 use crate::support::repository;
 
 fn read(path: &Path) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
-    read_all(source::open(path, &OpenOptions::default()), path)
+    read_all(source::open(path, &OpenOptions::default(), &Cancel::new()), path)
 }
 
 fn gzip(bytes: &[u8]) -> Vec<u8> {
@@ -38,7 +39,7 @@ impl Folder {
 }
 
 /// A NIfTI-1 or NIfTI-2 file of 4 x 3 x 2 samples of i16, spacing 1, sform the identity.
-fn small(version: u8) -> Vec<u8> {
+pub(crate) fn small(version: u8) -> Vec<u8> {
     let (size, offset) = if version == 1 { (348, 352) } else { (540, 544) };
     let mut file = vec![0; offset];
     let mut put = |at: usize, bytes: &[u8]| file[at..at + bytes.len()].copy_from_slice(bytes);
@@ -214,7 +215,7 @@ fn bytes_after_the_samples_and_after_gzip_are_noted() {
 fn a_file_that_shrinks_while_it_is_read_is_truncated_with_both_byte_counts() {
     let folder = Folder::new();
     let path = folder.put("v.nii", &small(1));
-    let volume = source::open(&path, &OpenOptions::default()).unwrap();
+    let volume = source::open(&path, &OpenOptions::default(), &Cancel::new()).unwrap();
     assert!(is_positioned(&volume));
     std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(352 + 30).unwrap();
     let error = read_all(Ok(volume), &path).unwrap_err();
@@ -245,7 +246,7 @@ fn a_gzip_file_too_small_for_its_claim_is_refused_before_any_plane() {
         bytes[24 + 8 * d..32 + 8 * d].copy_from_slice(&20_000_i64.to_le_bytes());
     }
     let path = folder.put("v.nii.gz", &gzip(&bytes));
-    let error = source::open(&path, &OpenOptions::default()).err().unwrap();
+    let error = source::open(&path, &OpenOptions::default(), &Cancel::new()).err().unwrap();
     assert_eq!(error.kind(), Kind::TruncatedData, "{error}");
 }
 
@@ -338,7 +339,7 @@ fn a_raw_size_that_does_not_fit_names_what_would() {
     let hint = |dims, stored, offset| {
         let options = RawOptions { offset_bytes: offset, ..RawOptions::new(dims, stored) };
         [&path, &gz].map(|path| {
-            let opened = open_raw(RawInput::Path(path.clone()), &options);
+            let opened = open_raw(RawInput::Path(path.clone()), &options, &Cancel::new());
             let error = read_all(opened, path).unwrap_err();
             assert_eq!(error.kind(), Kind::SizeMismatch, "{error}");
             error.hint()
@@ -362,8 +363,11 @@ fn raw_samples_that_happen_to_begin_like_gzip_are_read_as_they_are() {
     let mut bytes = vec![0; 24];
     bytes[..3].copy_from_slice(&[0x1f, 0x8b, 8]);
     let path = folder.put("v.raw", &bytes);
-    let opened =
-        open_raw(RawInput::Path(path.clone()), &RawOptions::new([4, 3, 2], StoredType::U8));
+    let opened = open_raw(
+        RawInput::Path(path.clone()),
+        &RawOptions::new([4, 3, 2], StoredType::U8),
+        &Cancel::new(),
+    );
     let (_, values, _) = read_all(opened, &path).unwrap();
     assert_eq!(values[..3], [31.0, 139.0, 8.0]);
 }
@@ -374,7 +378,7 @@ fn raw_numbers_that_make_no_grid_are_refused() {
     let with = |change: fn(&mut RawOptions)| {
         let mut options = RawOptions::new([20, 24, 28], StoredType::U8);
         change(&mut options);
-        open_raw(RawInput::Path(path.clone()), &options).err().map(|e| e.kind())
+        open_raw(RawInput::Path(path.clone()), &options, &Cancel::new()).err().map(|e| e.kind())
     };
     assert_eq!(with(|_| {}), None);
     assert_eq!(with(|o| o.spacing_mm[1] = 0.0), Some(Kind::BadAffine));

@@ -69,7 +69,7 @@ fn half_of_the_box_of_a_gyroid_is_inside() {
 
 fn assert_written(phantom: &Phantom, path: &Path) {
     phantom.write(Some(path), 3, &Cancel::new()).unwrap();
-    let written = open(path, &OpenOptions::default()).unwrap();
+    let written = open(path, &OpenOptions::default(), &Cancel::new()).unwrap();
     let made = phantom.volume().unwrap();
     assert_eq!(written.meta.stored, phantom.stored);
     assert_eq!(written.meta.rescale, made.meta.rescale);

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mcubes::cancel::Cancel;
 use mcubes::source::{RawInput, RawOptions, open_raw};
 use mcubes::volume::{Meta, Note, StoredType};
 use mcubes::{Error, Kind};
@@ -30,7 +31,7 @@ fn options(entry: &Value) -> RawOptions {
 }
 
 fn read(path: &Path, options: &RawOptions) -> Result<(Meta, Vec<f64>, Vec<Note>), Error> {
-    read_all(open_raw(RawInput::Path(path.to_owned()), options), path)
+    read_all(open_raw(RawInput::Path(path.to_owned()), options, &Cancel::new()), path)
 }
 
 fn of_status(status: &str) -> Vec<Entry> {
@@ -82,4 +83,18 @@ fn a_stream_without_an_end_is_one_of_the_wrong_size() {
         sandbox.ends(1, "/dev/zero --dims 4x4x4 --type u8 --iso 40 -o a.stl --json");
     assert_eq!(reported[0]["error"]["kind"], "size-mismatch", "{said}");
     assert_eq!(sandbox.files(), [""; 0]);
+}
+
+#[test]
+fn raw_bytes_that_begin_a_member_nobody_can_read_are_no_gzip() {
+    let folder = tempfile::tempdir().unwrap();
+    for head in [[0x1f, 0x8b, 7, 0], [0x1f, 0x8b, 8, 0x20], [0x1f, 0x8b, 8, 0xff]] {
+        let mut bytes = vec![0; 25];
+        bytes[..4].copy_from_slice(&head);
+        let path = folder.path().join("v.raw");
+        std::fs::write(&path, bytes).unwrap();
+        let options = RawOptions::new([4, 3, 2], StoredType::U8);
+        let error = open_raw(RawInput::Path(path), &options, &Cancel::new()).err().unwrap();
+        assert_eq!(error.kind(), Kind::SizeMismatch, "{head:?}: {error}");
+    }
 }

@@ -255,3 +255,29 @@ fn a_line_of_an_obj_may_go_on_behind_a_backslash() {
         "line 5: expected vertex numbers after f, found 'f 1 2  x'",
     );
 }
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_text_and_words_of_stl_may_be_large() {
+    let folder = Folder::new();
+    let solid = format!("solid a\n{STL_FACET}endsolid a\n");
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let plain = reader::read(&folder.file("a.stl", &solid)).unwrap();
+    for (name, text) in [
+        ("a.stl", solid.to_uppercase()),
+        ("a.stl", format!("\u{feff}{solid}")),
+        ("a", format!("\u{feff}{}", solid.to_uppercase())),
+        ("a.ply", format!("\u{feff}{ply}")),
+        ("a.obj", format!("\u{feff}{obj}")),
+        ("a", format!("\u{feff}{obj}")),
+    ] {
+        let mesh = reader::read(&folder.file(name, &text)).unwrap();
+        assert_eq!(
+            (&mesh.vertices, &mesh.triangles),
+            (&plain.vertices, &plain.triangles),
+            "{text}"
+        );
+    }
+}

@@ -3,7 +3,7 @@
 use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, Dims, Grid};
 use mcubes::source::{self, AnyPlanes, OpenOptions, Planes, RawInput, Volume, open_raw, survey};
-use mcubes::volume::{Format, Meta, Padding, StoredType, Survey};
+use mcubes::volume::{Format, Meta, Padding, Rescale, StoredType, Survey};
 use ndarray::{Array3, ArrayView3};
 
 use crate::support::expected::{Entry, entries};
@@ -48,7 +48,8 @@ fn variances(values: &[f64], iso: f64) -> (f64, f64) {
 fn ranges_and_counts_of_all_good_files_are_numpys() {
     for Entry { root, name: path, facts: entry } in entries("nifti").iter().filter(|e| e.is("good"))
     {
-        let open = || source::open(&root.join(path), &OpenOptions::default()).unwrap();
+        let open =
+            || source::open(&root.join(path), &OpenOptions::default(), &Cancel::new()).unwrap();
         let found = survey(open(), &Cancel::new()).unwrap();
         let close = |got: f64, want: f64| (got - want).abs() <= 1e-9 * want.abs();
         match (entry["min"].as_f64(), entry["max"].as_f64(), found.range) {
@@ -74,7 +75,7 @@ fn otsu_parts_real_scans_as_well_as_any_value_can() {
     let is_scan = |path: &str| ["ct_", "scale_", "f32"].iter().any(|part| path.contains(part));
     for entry in entries("nifti").iter().filter(|e| e.is("good") && is_scan(&e.name)) {
         let path = &entry.name;
-        let open = || source::open(&entry.path(), &OpenOptions::default()).unwrap();
+        let open = || source::open(&entry.path(), &OpenOptions::default(), &Cancel::new()).unwrap();
         let found = survey(open(), &Cancel::new()).unwrap();
         let Some(otsu) = found.otsu else { continue };
         let volume = open();
@@ -125,7 +126,7 @@ fn a_strided_array_counts_like_a_contiguous_one() {
 #[test]
 fn a_head_in_hounsfield_units_suggests_bone_and_skin() {
     let head = repository("testdata/ct_head.nii.gz");
-    let volume = source::open(&head, &OpenOptions::default()).unwrap();
+    let volume = source::open(&head, &OpenOptions::default(), &Cancel::new()).unwrap();
     let all = survey(volume, &Cancel::new()).unwrap().suggested();
     assert!(all.iter().any(|s| s.iso == 300.0 && s.meaning.starts_with("bone")));
     assert!(all.iter().any(|s| s.iso == -300.0 && s.meaning.starts_with("skin")));
@@ -155,6 +156,27 @@ fn a_mask_suggests_half_of_its_least_label() {
 fn a_raw_volume_is_surveyed_too() {
     let path = repository("testdata/raw/phantom_u8_le.raw");
     let options = source::RawOptions::new([20, 24, 28], StoredType::U8);
-    let found = survey(open_raw(RawInput::Path(path), &options).unwrap(), &Cancel::new()).unwrap();
+    let found =
+        survey(open_raw(RawInput::Path(path), &options, &Cancel::new()).unwrap(), &Cancel::new())
+            .unwrap();
     assert_eq!(found.range, Some((0.0, 240.0)));
+}
+
+#[test]
+fn values_beyond_all_numbers_are_infinite_and_suggest_nothing() {
+    let mut array = Array3::<i16>::zeros((3, 4, 5));
+    array[[0, 0, 0]] = 30_000;
+    array[[1, 1, 1]] = 2;
+    let far = |meta: &mut Meta| meta.rescale = Rescale::new(1e304, 0.0).unwrap();
+    let found = of_array(&array.view(), AnyPlanes::I16, far);
+    assert_eq!((found.range, found.n_infinite), (Some((0.0, 2e304)), 1));
+    assert_eq!(found.otsu, Some(1e304));
+    assert!(found.suggested().iter().all(|s| s.iso.is_finite()), "{:?}", found.suggested());
+    assert!(found.histogram.low.is_finite() && found.histogram.high.is_finite());
+    assert_eq!(found.histogram.counts.iter().sum::<u64>() + found.n_infinite, found.n_samples);
+    let all = array.mapv(|v| if v > 0 { 1e308 } else { -1e308 });
+    let far = |meta: &mut Meta| meta.rescale = Rescale::new(1e3, 0.0).unwrap();
+    let found = of_array(&all.view(), AnyPlanes::F64, far);
+    assert_eq!((found.range, found.otsu, found.n_infinite), (None, None, 60));
+    assert!(found.suggested().is_empty() && found.histogram.counts.is_empty());
 }

@@ -252,3 +252,21 @@ mod unix {
         }
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn who_may_read_a_file_may_read_what_replaces_it() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.stl");
+    let mode = || fs::metadata(&path).unwrap().permissions().mode() & 0o777;
+    for wanted in [0o600, 0o444, 0o666] {
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(wanted)).unwrap();
+        let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
+        write(&mut file, &tetrahedron());
+        file.commit().unwrap();
+        assert_eq!(mode(), wanted, "{:o}", mode());
+        fs::remove_file(&path).unwrap();
+    }
+}

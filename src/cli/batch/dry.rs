@@ -33,7 +33,7 @@ pub(super) fn run(
             Term::error(&Error::new(RunError::Interrupted));
             return Err(Kind::Interrupted);
         }
-        let told = match plan(run, job) {
+        let told = match plan(run, job, cancel) {
             Ok(plan) => {
                 n_meshes += job.targets.len();
                 if run.json {
@@ -72,7 +72,7 @@ struct Plan {
     triangles: u64,
 }
 
-fn plan(run: &Run, job: &Job) -> Result<Plan, Trouble> {
+fn plan(run: &Run, job: &Job, cancel: &Cancel) -> Result<Plan, Trouble> {
     match &job.scan.volume {
         Found::Broken(trouble) => Err(trouble.clone()),
         _ if job.scan.is_read_once() => {
@@ -82,7 +82,7 @@ fn plan(run: &Run, job: &Job) -> Result<Plan, Trouble> {
         }
         _ => {
             let Extract { steps, mask, surface, .. } = &run.extract;
-            let volume = input::open_scan(&job.scan, &run.extract.reading)
+            let volume = input::open_scan(&job.scan, &run.extract.reading, cancel)
                 .map_err(|e| e.or_at(&job.scan.path))?;
             let memory =
                 extract::memory(&volume.meta, &run.extract, job.targets.len(), run.threads);

@@ -121,6 +121,10 @@ impl Finder<'_> {
             volume: Found::File,
             parent: Some(parent_below(base, path)),
         };
+        if is_shadow(path) {
+            all.passed_over += 1;
+            return Ok(());
+        }
         let claim = Claim::of(path);
         if self.run.extract.reading.raw.is_some() {
             match claim {
@@ -205,6 +209,15 @@ fn add_study(study: Study, base: &Path, span_gaps: bool, all: &mut All) {
             parent: Some(parent_below(base, path)),
         });
     }
+}
+
+/// Whether a file, or the header of the pair whose image it is called, is what macOS leaves beside
+/// another on foreign file systems: under its name with `._` before it, in `AppleDouble`.
+fn is_shadow(path: &Path) -> bool {
+    let is_named_so = path.file_name().is_some_and(|n| n.as_encoded_bytes().starts_with(b"._"));
+    let is_double =
+        |path: &PathBuf| matches!(source::sniff(path), Ok(Content::Foreign("AppleDouble")));
+    is_named_so && source::files(path).iter().any(is_double)
 }
 
 fn is_study(path: &Path) -> Result<bool, Error> {

@@ -2,11 +2,10 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::UNIX_EPOCH;
 
-use crate::cli::job::{Found, Scan};
-use crate::source;
+use crate::cli::job::Scan;
 
 /// Bytes of each input file that are read: headers lie within, so that a file that was replaced by
 /// another of the same size and time is told apart by more than that.
@@ -21,10 +20,7 @@ pub(super) fn of_input(scan: &Scan) -> io::Result<String> {
     if scan.is_read_once() {
         return Err(io::ErrorKind::Unsupported.into());
     }
-    let files: Vec<PathBuf> = match &scan.volume {
-        Found::Series { study, index, .. } => study.files(*index),
-        _ => source::files(&scan.path),
-    };
+    let files = scan.files();
     let mut sum = crc32fast::Hasher::new();
     let (mut bytes, mut latest) = (0, 0);
     let mut head = Vec::new();

@@ -7,6 +7,7 @@
 //! ```
 
 mod board;
+mod clash;
 mod dry;
 mod find;
 mod identity;

@@ -1,14 +1,14 @@
-//! What the meshes are called: patterns, fields that cannot leave the output folder, no name twice.
+//! What the meshes are called: patterns, and fields that cannot leave the output folder.
 
-use std::collections::HashMap;
-use std::ffi::OsStr;
 use std::path::{Component, Path, PathBuf};
 
+use super::clash;
 use crate::cli::job::{Destination, Found, Job, Scan, Target};
 use crate::cli::level::Level;
-use crate::cli::options::{Output, Run, is_same_file};
+use crate::cli::options::{Output, Run};
 use crate::cli::pattern::{Field, Pattern};
 use crate::cli::usage::Usage;
+use crate::error::readable;
 use crate::source::dicom::PatientField;
 
 /// The most bytes of one name that all file systems take, less what a temporary name adds.
@@ -90,15 +90,15 @@ impl Scan {
 
     /// The name where no pattern is given.
     fn plain_name(&self, level: Level, several_levels: bool) -> PathBuf {
-        let mut name = tame(&self.stem());
+        let mut suffix = String::new();
         if let Found::Series { index, among: true, .. } = &self.volume {
-            name = format!("{name}_series{}", index + 1);
+            suffix = format!("_series{}", index + 1);
         }
         if several_levels {
-            name = format!("{name}_iso{level}");
+            suffix = format!("{suffix}_iso{level}");
         }
         let below = self.parent.as_deref().unwrap_or(Path::new(""));
-        folder_names(below).chain([tame(&name)]).collect()
+        folder_names(below).chain([tame_before(&self.stem(), &suffix)]).collect()
     }
 }
 
@@ -123,27 +123,28 @@ fn strip<'a>(name: &'a str, known: &[&str]) -> Option<&'a str> {
     (is_known && !stem.is_empty()).then_some(stem)
 }
 
-/// A name as text. Bytes that are none are written `%FF`, so that names stay apart.
-fn readable(name: &OsStr) -> String {
-    let mut text = String::new();
-    for chunk in name.as_encoded_bytes().utf8_chunks() {
-        text.push_str(chunk.valid());
-        text.extend(chunk.invalid().iter().map(|byte| format!("%{byte:02X}")));
-    }
-    text
-}
-
 /// A file name that every system takes and that names no other folder.
 fn tame(text: &str) -> String {
+    tame_before(text, "")
+}
+
+/// The same with `suffix`, which needs no taming, behind it. Where it would be too long it is cut
+/// before the suffix, and a checksum of all of `text` keeps names apart that begin alike.
+fn tame_before(text: &str, suffix: &str) -> String {
+    if suffix.len() > MAX_NAME / 2 {
+        return tame(&format!("{text}{suffix}"));
+    }
     let bad = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     let mut name: String = text.chars().map(|c| if bad(c) { '_' } else { c }).collect();
-    while name.len() > MAX_NAME {
-        name.pop();
-    }
     if name.is_empty() || name.chars().all(|c| c == '.' || c == ' ') {
-        return "_".repeat(name.len().max(1));
+        name = "_".repeat(name.len().max(1));
     }
-    name
+    if name.len() + suffix.len() > MAX_NAME {
+        let sum = format!("-{:08x}", crc32fast::hash(text.as_bytes()));
+        while name.len() + sum.len() + suffix.len() > MAX_NAME && name.pop().is_some() {}
+        name.push_str(&sum);
+    }
+    name + suffix
 }
 
 /// Gives each mesh its place. The order depends on the inputs alone, not on how they were typed:
@@ -173,7 +174,7 @@ pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
         })
         .collect();
     jobs.sort_by(|a, b| a.scan.order().cmp(&b.scan.order()));
-    refuse_doubles(&jobs)?;
+    clash::refuse(&jobs)?;
     Ok(jobs)
 }
 
@@ -188,29 +189,6 @@ fn with_extension(name: PathBuf, extension: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
-    let mut taken: HashMap<&Path, &Scan> = HashMap::new();
-    let fit = jobs.iter().filter(|job| !matches!(job.scan.volume, Found::Broken(_)));
-    for job in fit {
-        for target in &job.targets {
-            let Some(path) = target.output.path() else { continue };
-            if is_same_file(&job.scan.path, path) {
-                return Err(Usage::new(format!("{}: the output is the input", path.display())));
-            }
-            let Some(other) = taken.insert(path, &job.scan) else { continue };
-            let (a, b) = (other.shown(), job.scan.shown());
-            let hint = if other.path == job.scan.path {
-                "an input or an --iso given twice? {series} and {iso} in --name tell the meshes of one input apart"
-            } else {
-                "--name '{parent}/{file}' keeps folders and extensions apart"
-            };
-            let both = if a == b { format!("two meshes of {a}") } else { format!("{a} and {b}") };
-            return Err(Usage::new(format!("{both} would both be {}", path.display())).hint(hint));
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -222,5 +200,9 @@ mod tests {
         assert_eq!(tame(""), "_");
         assert_eq!(tame("Müller^Ä\n"), "Müller^Ä_");
         assert!(tame(&"ä".repeat(300)).len() <= MAX_NAME);
+        assert_ne!(tame(&format!("{}1", "ä".repeat(300))), tame(&format!("{}2", "ä".repeat(300))));
+        let long = tame_before(&".".repeat(300), "_series12_iso-300.5");
+        assert!(long.ends_with("_series12_iso-300.5") && long.len() <= MAX_NAME, "{long}");
+        assert!(tame_before("a", &format!("_iso{}", 1e-300)).len() <= MAX_NAME);
     }
 }

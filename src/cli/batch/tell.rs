@@ -1,5 +1,6 @@
 //! What is said of each mesh as it ends, and of all at the end.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use std::time::Instant;
 
@@ -27,8 +28,8 @@ pub(super) struct Teller<'a> {
     n_done: usize,
     n_skipped: usize,
     failed: Vec<Trouble>,
-    /// The scan whose notes were told last.
-    noted: Option<&'a Scan>,
+    /// What was noted of which scan, by its place in memory: meshes of one scan share most notes.
+    noted: HashSet<(usize, String)>,
     /// Standard output could not be written to.
     is_mute: bool,
 }
@@ -43,7 +44,7 @@ impl<'a> Teller<'a> {
             n_done: 0,
             n_skipped: 0,
             failed: Vec::new(),
-            noted: None,
+            noted: HashSet::new(),
             is_mute: false,
         }
     }
@@ -74,11 +75,11 @@ impl<'a> Teller<'a> {
 
     fn done(&mut self, scan: &'a Scan, done: &Done) -> Result<(), Kind> {
         self.n_done += 1;
-        if !self.noted.is_some_and(|noted| std::ptr::eq(noted, scan)) {
-            self.noted = Some(scan);
-            let of = if self.is_batch() { format!("{}: ", scan.shown()) } else { String::new() };
-            for note in &done.notes {
-                self.term.note(&format!("{of}{note}"));
+        let of = if self.is_batch() { format!("{}: ", scan.shown()) } else { String::new() };
+        for note in done.notes.iter().map(ToString::to_string) {
+            let line = format!("{of}{note}");
+            if self.noted.insert((std::ptr::from_ref(scan).addr(), note)) {
+                self.term.note(&line);
             }
         }
         self.term.summary(&one_line(&done.summary(&self.run.extract)));

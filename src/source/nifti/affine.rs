@@ -3,6 +3,7 @@
 
 use super::NiftiError;
 use super::fields::Fields;
+use crate::geom::vec3::{cross, norm, scale};
 use crate::geom::{Affine, Dims};
 use crate::volume::Note;
 
@@ -23,7 +24,8 @@ pub(super) fn affine(fields: &Fields, dims: Dims) -> Result<(Affine, Vec<Note>),
             3 => "µm",
             _ => "mm",
         };
-        let zero = (1..=3).filter(|&d| fields.pixdim[d] == 0.0);
+        let used = if from == "pixdim" { n_zooms(fields) } else { 3 };
+        let zero = (1..=used).filter(|&d| fields.pixdim[d] == 0.0);
         notes.extend(zero.map(|d| Note::Other(format!("pixdim[{d}] is 0: taken as 1 {unit}"))));
     }
     let rows = match fields.xyzt_units & 7 {
@@ -37,11 +39,24 @@ pub(super) fn affine(fields: &Fields, dims: Dims) -> Result<(Affine, Vec<Note>),
         }
         _ => rows,
     };
-    let affine = Affine::from_rows(rows);
+    let mut affine = Affine::from_rows(rows);
+    if dims.nz() == 1 && affine.column(2) == [0.0; 3] {
+        affine = with_normal(&affine);
+        notes.push(Note::Other(format!(
+            "the {from} has no step along k: 1 mm along the normal of the one slice"
+        )));
+    }
     if !affine.is_usable() {
         return Err(NiftiError::Affine { from, rows });
     }
     Ok((affine, notes))
+}
+
+/// With a third column of length 1 across the other two, as far as they have a normal.
+fn with_normal(affine: &Affine) -> Affine {
+    let [i, j, origin] = [0, 1, 3].map(|c| affine.column(c));
+    let normal = cross(scale(i, 1.0 / norm(i)), scale(j, 1.0 / norm(j)));
+    Affine::from_columns(i, j, scale(normal, 1.0 / norm(normal)), origin)
 }
 
 /// pixdim[1..=3]: 0 counts as 1, and signs are dropped.
@@ -89,10 +104,17 @@ fn scalar_part(version: u8, [b, c, d]: [f64; 3]) -> Option<f64> {
     }
 }
 
-/// nibabel's base affine, where neither form is set: pixdim along the axes, x turned round, the
-/// volume's centre at the origin.
+/// How many of the first three dimensions there are, and so have a pixdim.
+fn n_zooms(fields: &Fields) -> usize {
+    usize::try_from(fields.dim[0]).unwrap_or(0).min(3)
+}
+
+/// nibabel's base affine, where neither form is set: pixdim along the axes that there are and 1
+/// along others, x turned round, the volume's centre at the origin.
 fn base(fields: &Fields, dims: Dims) -> [[f64; 4]; 3] {
-    let [zx, zy, zz] = zooms(fields);
+    let mut zooms = zooms(fields);
+    zooms.iter_mut().skip(n_zooms(fields)).for_each(|zoom| *zoom = 1.0);
+    let [zx, zy, zz] = zooms;
     let centre = dims.to_array().map(|n| (n as f64 - 1.0) / 2.0);
     [
         [-zx, 0.0, 0.0, centre[0] * zx],

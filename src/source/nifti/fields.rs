@@ -62,6 +62,15 @@ pub(in crate::source) fn recognise(head: &[u8]) -> bool {
         || magic_at(head, 4, b'2').is_some()
 }
 
+/// Whether a file's first bytes are those of a header whose samples stand in another file.
+pub(in crate::source) fn is_of_pair(head: &[u8]) -> bool {
+    match version_of(head) {
+        Some((1, _)) => magic_at(head, 344, b'1') == Some(false),
+        Some(_) => magic_at(head, 4, b'2') == Some(false),
+        None => false,
+    }
+}
+
 /// Whether the samples stand in the same file, by the magic at `at`; nothing where there is none.
 fn magic_at(head: &[u8], at: usize, version: u8) -> Option<bool> {
     match *head.get(at..at + 4)? {

@@ -12,7 +12,7 @@ use std::fs::File;
 use std::path::Path;
 
 pub use error::NiftiError;
-pub(super) use fields::recognise;
+pub(super) use fields::{is_of_pair, recognise};
 pub(super) use pair::{Part, part_by_name, partner};
 
 use fields::{SIZE_1, SIZE_2};
@@ -24,6 +24,7 @@ use super::layout::{IntoPlanes, Layout};
 use super::stream::{ByteStream, StreamPlanes};
 use super::{SourceError, Volume};
 use crate::Error;
+use crate::cancel::Cancel;
 use crate::volume::{Meta, Note};
 
 /// An opened NIfTI file: what its header says, and where its samples are to be had.
@@ -44,7 +45,7 @@ enum Opened {
 
 impl Nifti {
     /// Opens `input`, which stands at `path` and is a header by its content.
-    pub(super) fn open(path: &Path, input: Input) -> Result<Self, Error> {
+    pub(super) fn open(path: &Path, input: Input, cancel: &Cancel) -> Result<Self, Error> {
         let at = |e: SourceError| Error::at(path, e);
         let (head, opened) = begin(input).map_err(at)?;
         let mut header = Header::parse(&head).map_err(at)?;
@@ -55,7 +56,7 @@ impl Nifti {
         }
         let image = pair::partner(path, Part::Image).map_err(|e| at(e.into()))?;
         let at = |e: SourceError| Error::at(&image, e);
-        let input = Input::open(&image).map_err(at)?;
+        let input = Input::open(&image, cancel).map_err(at)?;
         // Samples may happen to begin like gzip: the size that fits exactly decides.
         let fits = header.layout.offset.saturating_add(header.layout.total_bytes());
         let gzip = input.is_gzip() && input.size() != Some(fits);
@@ -82,6 +83,11 @@ impl Nifti {
         };
         Ok(Volume { meta: self.meta, planes })
     }
+}
+
+/// Whether a file begins with a header that can be used.
+pub(super) fn is_usable(head: &[u8]) -> bool {
+    Header::parse(head).is_ok()
 }
 
 /// The bytes of the header, and the file behind it.

@@ -42,24 +42,25 @@ pub(in crate::source) fn part_by_name(path: &Path) -> Option<Part> {
     split(path).1
 }
 
-/// The other file of a pair: the same stem, in either case, gzipped or not.
+/// The other file of a pair: the same stem, in either case, gzipped or not; what is named most like
+/// `path` comes first.
 pub(in crate::source) fn partner(path: &Path, wanted: Part) -> Result<PathBuf, NiftiError> {
     let (stem, _) = split(path);
-    let lower = wanted.extension();
+    let extension = |p: &Path| p.extension().and_then(OsStr::to_str).map(str::to_owned);
+    let last = extension(path).unwrap_or_default();
+    let (own, gz) = if last.eq_ignore_ascii_case("gz") {
+        (extension(&path.with_extension("")).unwrap_or_default(), format!(".{last}"))
+    } else {
+        (last, String::new())
+    };
+    let lower = wanted.extension().to_owned();
     let upper = lower.to_ascii_uppercase();
-    let names_upper = path
-        .extension()
-        .and_then(OsStr::to_str)
-        .is_some_and(|e| e.bytes().all(|b| b.is_ascii_uppercase()));
-    let (first, second) =
-        if names_upper { (upper.as_str(), lower) } else { (lower, upper.as_str()) };
+    let is_upper = !own.is_empty() && own.bytes().all(|b| b.is_ascii_uppercase());
     let mut tries = Vec::new();
-    for extension in [first, second] {
-        for gz in ["", ".gz", ".GZ"] {
+    for extension in if is_upper { [upper, lower] } else { [lower, upper] } {
+        for gz in [gz.as_str(), "", ".gz", ".GZ"] {
             let mut name = OsString::from(stem.as_os_str());
-            name.push(".");
-            name.push(extension);
-            name.push(gz);
+            name.push(format!(".{extension}{gz}"));
             tries.push(PathBuf::from(name));
         }
     }

@@ -58,10 +58,25 @@ fn what_is_wrong_with_the_file_is_told_before_any_work() {
     let sandbox = with("");
     let (told, reported) = sandbox.ends(2, "in/a/u8.nii --config gone.toml --json");
     assert!(told.contains("gone.toml: does not exist"), "{told}");
-    assert_eq!(reported[0]["error"]["kind"], "not-found");
+    assert_eq!(reported[0]["error"]["kind"], "bad-config");
+    let (told, reported) = sandbox.ends(2, "in/a/u8.nii --config in --json");
+    assert!(told.starts_with("error: in: "), "{told}");
+    assert_eq!(reported[0]["error"]["kind"], "bad-config");
     std::fs::write(sandbox.path("long.toml"), "# no end\n".repeat(150_000)).unwrap();
     let (told, _) = sandbox.ends(2, "in/a/u8.nii --config long.toml --json");
     assert!(told.contains("long.toml: has more than 1048576 bytes"), "{told}");
     sandbox.copy(&repository("testdata/ct_head.nii.gz"), "bytes.toml");
     sandbox.ends(2, "in/a/u8.nii --config bytes.toml --json");
+}
+
+#[test]
+fn json_in_the_file_counts_for_what_is_wrong_with_it() {
+    for wrong in ["iso = \"bones\"", "threds = 3", "invert = 1"] {
+        let sandbox = with(&format!("{wrong}\njson = true\n"));
+        let words = ["in/a/u8.nii", "--config", "m.toml", "-o", "m.stl"];
+        let output = sandbox.run(&words);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+        let reported = crate::support::sandbox::object(&output);
+        assert_eq!(reported["error"]["kind"], "bad-config", "{wrong}");
+    }
 }

@@ -187,3 +187,19 @@ fn a_dry_run_plans_what_is_left_of_the_volume() {
     sandbox.ends(1, "head.nii.gz --iso 300 -o a.stl --dry-run --crop 0:1000,0:20,0:30");
     assert_eq!(sandbox.files(), ["head.nii.gz"]);
 }
+
+#[test]
+fn what_macos_leaves_beside_files_is_passed_over() {
+    let sandbox = good_tree();
+    let shadow = [&b"\0\x05\x16\x07\0\x02\0\0Mac OS X        "[..], &[0; 400]].concat();
+    for name in ["a/._u8.nii", "b/._pair.hdr", "b/._pair.img", "study/series/._IM0.dcm"] {
+        std::fs::write(sandbox.path("in").join(name), &shadow).unwrap();
+    }
+    let (said, _) = sandbox.ends(0, "in -r --iso 50 -o out");
+    assert_eq!(sandbox.names("out"), super::GOOD);
+    assert!(said.contains("5 files that are no volume were passed over"), "{said}");
+    // What only has such a name is a volume like any other.
+    sandbox.copy(&sandbox.path("in/a/u8.nii"), "in/a/._own.nii");
+    sandbox.ends(0, "in/a -r --iso 50 -o own -q");
+    assert_eq!(sandbox.names("own"), ["._own.stl", "i8.stl", "u8.stl"]);
+}

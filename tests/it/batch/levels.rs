@@ -83,3 +83,55 @@ fn labels_have_no_iso_value() {
     assert_eq!(reported[0]["mask"], serde_json::json!([3.0]));
     assert_eq!(sandbox.names("out"), ["l-3.stl"]);
 }
+
+#[test]
+fn the_note_of_each_iso_value_is_told_once() {
+    let sandbox = head();
+    let (said, _) = sandbox.ends(0, "head.nii.gz --iso 200 --iso auto --iso bone -o out");
+    for note in ["Otsu's threshold", "if these are Hounsfield units"] {
+        assert_eq!(said.matches(note).count(), 1, "{said}");
+    }
+    let mut lines: Vec<&str> = said.lines().filter(|line| line.starts_with("note: ")).collect();
+    let n_lines = lines.len();
+    lines.sort_unstable();
+    lines.dedup();
+    assert_eq!(lines.len(), n_lines, "{said}");
+}
+
+#[test]
+fn a_mesh_that_cannot_be_begun_fails_alone_under_its_own_name() {
+    let sandbox = head();
+    std::fs::create_dir_all(sandbox.path("out/head_iso300.stl")).unwrap();
+    let (_, reported) =
+        sandbox.ends(1, "head.nii.gz --iso 200 --iso 300 --iso -200 -o out --json -q");
+    assert_eq!(sandbox.names("out"), ["head_iso-200.stl", "head_iso200.stl"]);
+    let failed = with_status(&reported, "failed");
+    assert_eq!(failed.len(), 1);
+    assert_eq!(failed[0]["output"], "out/head_iso300.stl");
+    let message = failed[0]["error"]["message"].as_str().unwrap();
+    assert!(message.starts_with("out/head_iso300.stl: "), "{message}");
+}
+
+#[cfg(unix)]
+#[test]
+fn too_many_iso_values_at_once_are_told_as_such() {
+    let sandbox = Sandbox::new();
+    sandbox.copy(&repository("testdata/nifti/synth/t_u8_le.nii"), "a.nii");
+    let levels: Vec<String> = (40..80).map(|iso| format!("--iso {iso}")).collect();
+    let command = format!(
+        "ulimit -n 40; exec '{}' a.nii {} -o out --json",
+        env!("CARGO_BIN_EXE_mcubes"),
+        levels.join(" ")
+    );
+    let mut shell = std::process::Command::new("sh");
+    let output = shell.args(["-c", &command]).current_dir(sandbox.path("")).output().unwrap();
+    let reported = crate::support::sandbox::objects(&output);
+    let (made, failed) = (with_status(&reported, "ok"), with_status(&reported, "failed"));
+    assert!(!made.is_empty() && !failed.is_empty(), "{} of {}", made.len(), reported.len());
+    assert_eq!(sandbox.names("out").len(), made.len());
+    for object in failed {
+        let error = &object["error"];
+        assert!(error["message"].as_str().unwrap().ends_with("too many open files"), "{object}");
+        assert!(error["hint"].as_str().unwrap().contains("fewer --iso at once"), "{object}");
+    }
+}

@@ -145,3 +145,17 @@ fn what_failed_is_tried_again() {
     assert_eq!(with_status(&reported, "skipped").len(), 5);
     assert_eq!(with_status(&reported, "failed").len(), 3);
 }
+
+#[test]
+fn the_image_of_a_pair_is_looked_at_whatever_its_header_is_called() {
+    let sandbox = Sandbox::new();
+    let synth = super::repository("testdata/nifti/synth");
+    sandbox.copy(&synth.join("pair_n2.hdr"), "k.nii");
+    sandbox.copy(&synth.join("pair_n2.img"), "k.img");
+    sandbox.ends(0, "k.nii --iso 50 -o out/ -q");
+    let again = "k.nii --iso 50 -o out/ -q --resume --json";
+    assert_eq!(sandbox.ends(0, again).1[0]["status"], "skipped");
+    let times = FileTimes::new().set_modified(SystemTime::now() + Duration::from_secs(7));
+    File::options().write(true).open(sandbox.path("k.img")).unwrap().set_times(times).unwrap();
+    assert_eq!(sandbox.ends(0, again).1[0]["status"], "ok");
+}

@@ -189,3 +189,79 @@ fn one_signal_ends_check_wherever_it_is() {
         assert_eq!(status_in_a_minute(&mut child), Some(130), "{signal}");
     }
 }
+
+/// Whether a command is at its input by now.
+#[cfg(target_os = "linux")]
+fn is_waiting(id: u32) -> bool {
+    let tasks = std::fs::read_dir(format!("/proc/{id}/task")).into_iter().flatten().flatten();
+    let names = tasks.map(|task| std::fs::read_to_string(task.path().join("comm")));
+    names.flatten().any(|name| name == "input\n")
+}
+
+/// A pipe that nobody writes to keeps even waiting whoever opens it.
+#[cfg(target_os = "linux")]
+#[test]
+fn one_signal_ends_a_wait_for_a_pipe() {
+    for words in [
+        "pipe --iso 50 -o x.stl",
+        "pipe --iso 50 -o out/",
+        "pipe --dims 9x9x9 --type u8 --iso 50 -o x.ply",
+        "pair.hdr --iso 50 -o x.stl",
+        "info pipe",
+        "- --dims 9x9x9 --type u8 --iso 50 -o x.stl",
+        "info - --dims 9x9x9 --type u8",
+    ] {
+        let sandbox = Sandbox::new();
+        for pipe in ["pipe", "pair.img"] {
+            assert!(Command::new("mkfifo").arg(sandbox.path(pipe)).status().unwrap().success());
+        }
+        std::fs::copy(volume("nifti/synth/pair_n2.hdr"), sandbox.path("pair.hdr")).unwrap();
+        let mut child = sandbox
+            .command(&words.split(' ').collect::<Vec<_>>())
+            .stdin(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let _held = child.stdin.take();
+        while !is_waiting(child.id()) {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        assert_eq!(status_in_a_minute(&mut child), Some(130), "{words}");
+        let mut files = sandbox.files();
+        files.sort();
+        assert_eq!(files, ["pair.hdr", "pair.img", "pipe"], "{words}");
+    }
+}
+
+/// The mesh is begun, and then nothing more comes.
+#[cfg(unix)]
+#[test]
+fn one_signal_ends_a_wait_for_the_rest_of_a_stream() {
+    use std::io::Write;
+    let mut plane = vec![0_u8; 64 * 64];
+    plane[64 * 32 + 32] = 200;
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(&plane.repeat(100)).unwrap();
+    let gzip = gzip.finish().unwrap();
+    for bytes in [&plane.repeat(100), &gzip[..gzip.len() / 2]] {
+        let sandbox = Sandbox::new();
+        let words = "- --dims 64x64x1000 --type u8 --iso 100 -o m.ply -q";
+        let mut child = sandbox
+            .command(&words.split(' ').collect::<Vec<_>>())
+            .stdin(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut stdin = child.stdin.take().unwrap();
+        stdin.write_all(bytes).unwrap();
+        while sandbox.files().is_empty() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        assert_eq!(status_in_a_minute(&mut child), Some(130));
+        assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
+    }
+}

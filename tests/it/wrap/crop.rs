@@ -1,5 +1,6 @@
 //! `crop`: the samples of a box, read alone, in place.
 
+use mcubes::cancel::Cancel;
 use mcubes::error::{Failure, Kind};
 use mcubes::geom::{Grid, Place, Space};
 use mcubes::source::{AnyPlanes, Planes, RawInput, RawOptions, crop, open_raw};
@@ -113,7 +114,8 @@ fn a_box_of_a_file_is_the_box_of_its_samples() {
     std::fs::write(file.path(), bytes).unwrap();
     let options = RawOptions { big_endian: true, ..RawOptions::new([7, 5, 6], StoredType::I16) };
     for [i, j, k] in [[0..7, 1..4, 2..5], [3..5, 4..5, 5..6], [0..7, 0..5, 0..6]] {
-        let whole = open_raw(RawInput::Path(file.path().to_owned()), &options).unwrap();
+        let whole =
+            open_raw(RawInput::Path(file.path().to_owned()), &options, &Cancel::new()).unwrap();
         let part = crop(whole, &[i.clone(), j.clone(), k.clone()]).unwrap();
         assert!(same(&read(part), &array.slice(s![k, j, i]).mapv(f64::from)));
     }
