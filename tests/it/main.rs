@@ -15,6 +15,7 @@ mod convergence;
 mod dicom;
 mod dicom_enhanced;
 mod dicom_hostile;
+mod dicom_ljpeg;
 mod dicom_memory;
 mod dicom_mixed;
 mod dicom_refused;

@@ -13,7 +13,7 @@ use dicom_transfer_syntax_registry::TransferSyntaxRegistry;
 use super::blob::one_line;
 use super::guard::contain;
 use super::layout::Layout;
-use super::syntax::Codec;
+use super::syntax::{self, Codec};
 
 /// A single frame, as the registry's codecs want to see it.
 #[derive(Debug)]
@@ -129,6 +129,12 @@ pub(super) fn decode(
     Ok((out, size.precision))
 }
 
+/// Whether a frame is one of lossless JPEG, whatever the transfer syntax says; what has no frame
+/// header is what that says.
+pub(super) fn is_lossless_jpeg(syntax: &str, bytes: &[u8]) -> bool {
+    jpeg_size(bytes).map_or(syntax::is_lossless_jpeg(syntax), |size| size.process == 0xC3)
+}
+
 /// The last of a chain of causes: the one that says what is wrong.
 fn innermost(error: &dyn std::error::Error) -> String {
     let mut error = error;
@@ -149,6 +155,8 @@ struct Size {
     cols: u64,
     components: u64,
     precision: u32,
+    /// The second byte of the marker that says so.
+    process: u64,
 }
 
 fn number(bytes: &[u8], at: usize, len: usize) -> Option<u64> {
@@ -173,6 +181,7 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
                     rows: number(bytes, at + 5, 2)?,
                     cols: number(bytes, at + 7, 2)?,
                     components: number(bytes, at + 9, 1)?,
+                    process: marker,
                 });
             }
             // Scan data or the end before any frame header.
@@ -199,5 +208,6 @@ fn jpeg_2000_size(bytes: &[u8]) -> Option<Size> {
         cols: width.checked_sub(left)?,
         components: number(bytes, at + 36, 2)?,
         precision: (number(bytes, at + 38, 1)? as u32 & 0x7F) + 1,
+        process: 0x51,
     })
 }
