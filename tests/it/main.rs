@@ -14,6 +14,7 @@ mod cli_dicom;
 mod convergence;
 mod dicom;
 mod dicom_enhanced;
+mod dicom_frames;
 mod dicom_hostile;
 mod dicom_ljpeg;
 mod dicom_memory;

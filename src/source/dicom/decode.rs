@@ -83,7 +83,7 @@ pub(super) fn decode(
             Ok(Image { lossy: false, ..image(Some(sign_bits(decoded.bits, layout))) })
         }
         Codec::Jpeg | Codec::Jpeg2000 => {
-            let (bytes, precision) = codec::decode(codec, syntax, layout, stored).map_err(fail)?;
+            let (bytes, precision) = codec::decode(codec, layout, stored).map_err(fail)?;
             *stored = bytes;
             Ok(image(Some(precision)))
         }
