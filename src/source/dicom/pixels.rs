@@ -11,7 +11,7 @@ use super::fragments::{self, Fragment};
 use super::instance::{Frame, Instance};
 use super::layout::{Layout, SampleKind};
 use super::series::FrameRef;
-use super::syntax;
+use super::syntax::{self, Codec};
 use super::walk::PixelElement;
 use crate::cancel::Cancel;
 use crate::volume::{Inside, Padding};
@@ -126,7 +126,12 @@ impl Pixels {
             Bytes::Streamed { .. } => return Ok(Vec::new()),
         };
         let mut stream = Stream::within(file.clone(), base);
-        fragments::list(&mut stream)?.by_frame(n_frames, |(offset, _)| {
+        // A frame of RLE is one fragment (PS3.5, annex A.4.2).
+        let is_rle = syntax::codec(&self.syntax) == Some(Codec::Rle);
+        fragments::list(&mut stream)?.by_frame(n_frames, |(offset, length)| {
+            if is_rle {
+                return Ok(length > 0);
+            }
             let mut head = [0; 4];
             file.fill(&mut head, offset).map_err(FileFault::io)?;
             Ok(decode::begins_image(head))
