@@ -10,11 +10,12 @@ use crate::dicom::values;
 use crate::support::dicom::{Elements, Series, file};
 use crate::support::ljpeg::encode_bits;
 use crate::support::repository;
-use crate::support::segments::{COLS, Segmentation};
+use crate::support::segments::{COLS, Measures, Segmentation};
 
 const RLE: &str = "1.2.840.10008.1.2.5";
 const SV1: &str = "1.2.840.10008.1.2.4.70";
 const J2K: &str = "1.2.840.10008.1.2.4.90";
+const BIG_ENDIAN: &str = "1.2.840.10008.1.2.2";
 
 /// The real values of the one volume of a file.
 fn read(syntax: &str, data: &Elements) -> Result<Vec<f64>, Error> {
@@ -52,6 +53,36 @@ fn lossless(plane: &[f64]) -> Vec<u8> {
     let mut image = encode_bits(&samples, COLS as u16, 8);
     image.resize(image.len() + image.len() % 2, 0);
     image
+}
+
+#[test]
+fn compressed_samples_of_one_bit_have_a_byte_each() {
+    let planes = planes(5);
+    let frames: Vec<(u16, usize)> = (0..5).map(|k| (1, k)).collect();
+    let data = Segmentation::binary(&frames, Measures::Shared).data();
+    let whole = planes.concat();
+    for (syntax, images) in [
+        (RLE, planes.iter().map(|p| rle(&bytes(p))).collect::<Vec<_>>()),
+        (SV1, planes.iter().map(|p| lossless(p)).collect()),
+    ] {
+        let mut data = data.clone();
+        data.set_fragments(&[], &images);
+        assert_eq!(read(syntax, &data).unwrap(), whole, "{syntax}");
+    }
+}
+
+#[test]
+fn packed_bits_written_as_big_endian_words_have_the_first_sample_in_the_second_byte() {
+    // 15 bytes a frame, so that every other frame begins within a word.
+    let frames: Vec<(u16, usize)> = (0..5).map(|k| (1, k)).collect();
+    for vr in [*b"OW", *b"OB"] {
+        let mut data = Segmentation::binary(&frames, Measures::Shared).data();
+        let mut packed = data.value((0x7FE0, 0x0010)).to_vec();
+        packed.resize(packed.len() + packed.len() % 2, 0);
+        data.set((0x7FE0, 0x0010), vr, &packed);
+        data.make_big();
+        assert_eq!(read(BIG_ENDIAN, &data).unwrap(), planes(5).concat());
+    }
 }
 
 /// A label map of five frames, the images of six, and where each image's fragment begins.

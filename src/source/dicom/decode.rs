@@ -16,8 +16,9 @@ pub(super) struct Image {
     pub(super) precision: Option<u32>,
     /// The decoder may give values a little beyond those that were encoded.
     pub(super) lossy: bool,
-    /// Bits of the first byte that belong to the frame before.
-    pub(super) skipped_bits: u32,
+    /// Where samples of one bit stand eight in a byte: bits of the first byte that belong to the
+    /// frame before. Nothing where each has a byte of its own.
+    pub(super) packed: Option<u32>,
     /// High byte first.
     pub(super) big: bool,
 }
@@ -55,7 +56,7 @@ pub(super) fn decode(
         return Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() });
     };
     let lossy = syntax::is_lossy(syntax);
-    let image = |precision| Image { precision, lossy, skipped_bits: 0, big: false };
+    let image = |precision| Image { precision, lossy, packed: None, big: false };
     match codec {
         Codec::Rle => {
             *stored = rle::decode(stored, layout.n_samples(), layout.bytes)
@@ -68,7 +69,8 @@ pub(super) fn decode(
             if found < wanted {
                 return Err(FileFault::PixelsEnd { found, wanted });
             }
-            Ok(image(None))
+            // Bits stay packed where bytes alone are compressed; other codecs take whole samples.
+            Ok(Image { packed: Some(0), ..image(None) })
         }
         Codec::JpegLs => {
             let decoded = jpegls::decode(stored, layout.rows, layout.cols)
