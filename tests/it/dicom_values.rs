@@ -97,6 +97,31 @@ fn compressed_cells_have_their_value_below_high_bit() {
 }
 
 #[test]
+fn cells_that_are_padding_as_stored_are_padding_where_bits_stored_cannot_hold_it() {
+    let (series, plain) = series();
+    // Without the upper bits the cell would be 2096, and 424 when real.
+    for (sign, vr, padding) in [(0, *b"US", 0xF830_u16), (0, *b"SS", 0xF830), (1, *b"SS", 0x8000)] {
+        let folder = TempDir::new().unwrap();
+        let at = |index: usize| index % 40 < 4;
+        series.write_as(folder.path(), EXPLICIT, |_, data| {
+            let cells = words(data).into_iter().map(|w| w / 4).enumerate();
+            let cells = cells.map(|(index, w)| if at(index) { padding } else { w });
+            data.set(PIXELS, *b"OW", &cells.flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
+            set_bits(data, 12, 11, sign);
+            data.set((0x0028, 0x0120), vr, &padding.to_le_bytes());
+        });
+        let (meta, found) = read(folder.path());
+        let value = if sign == 1 { f64::from(padding as i16) } else { f64::from(padding) };
+        assert_eq!(meta.padding.map(|p| (p.low, p.high)), Some((value, value)));
+        for (index, (found, plain)) in found.iter().zip(&plain).enumerate() {
+            let stored = (plain + 100.0).floor();
+            let wanted = if at(index) { value } else { stored };
+            assert_eq!(*found, wanted * 0.25 - 100.0, "{index}");
+        }
+    }
+}
+
+#[test]
 fn known_elements_of_unknown_vr_are_read_as_the_standard_has_them() {
     let (series, plain) = series();
     let folder = TempDir::new().unwrap();

@@ -3,42 +3,16 @@
 //! A folder of frames is what `testdata/jpegls/make.py` writes: NAME.jls, NAME.raw with what
 //! `CharLS` decodes, and index.txt.
 
-use std::fs;
 use std::path::Path;
 
 use mcubes::source::dicom::jpegls::{Decoded, JpegLsError, decode};
 
+use crate::support::codestreams::{Frame, frames};
+use crate::support::random::Random;
 use crate::support::repository;
 
-struct Frame {
-    name: String,
-    rows: usize,
-    cols: usize,
-    bits: u8,
-    stream: Vec<u8>,
-    samples: Vec<u16>,
-}
-
-fn frames(folder: &Path) -> Vec<Frame> {
-    let index = fs::read_to_string(folder.join("index.txt")).unwrap();
-    let frame = |line: &str| {
-        let [name, rows, cols, bits, _near] =
-            line.split(' ').collect::<Vec<_>>().try_into().unwrap();
-        let raw = fs::read(folder.join(format!("{name}.raw"))).unwrap();
-        Frame {
-            name: name.to_owned(),
-            rows: rows.parse().unwrap(),
-            cols: cols.parse().unwrap(),
-            bits: bits.parse().unwrap(),
-            stream: fs::read(folder.join(format!("{name}.jls"))).unwrap(),
-            samples: raw.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect(),
-        }
-    };
-    index.lines().map(frame).collect()
-}
-
 fn kept() -> Vec<Frame> {
-    frames(&repository("testdata/jpegls"))
+    frames(&repository("testdata/jpegls"), "jls")
 }
 
 fn kept_frame(name: &str) -> Frame {
@@ -67,12 +41,7 @@ fn the_kept_frames_decode_to_what_charls_makes_of_them() {
 #[ignore = "needs a folder that testdata/jpegls/make.py --many has filled, in JPEGLS_FRAMES"]
 fn many_frames_decode_to_what_charls_makes_of_them() {
     let folder = std::env::var_os("JPEGLS_FRAMES").unwrap();
-    check(&frames(Path::new(&folder)));
-}
-
-/// Where the coded data begin: after the segment of the SOS marker.
-fn data_begin(stream: &[u8]) -> usize {
-    stream.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap() + 10
+    check(&frames(Path::new(&folder), "jls"));
 }
 
 #[test]
@@ -86,7 +55,7 @@ fn a_frame_cut_anywhere_is_an_error_unless_only_its_end_marker_is_gone() {
             }
         }
         // The last byte may hold nothing but what fills it.
-        let data = data_begin(stream);
+        let data = frame.data_begin();
         assert!(decode(&stream[..data], *rows, *cols).is_err(), "{name}");
         let half = data + (stream.len() - 2 - data) / 2;
         if half + 4 < stream.len() && !name.contains("1x1") {
@@ -95,33 +64,12 @@ fn a_frame_cut_anywhere_is_an_error_unless_only_its_end_marker_is_gone() {
     }
 }
 
-/// A generator of numbers that look random (xorshift), the same every time.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % bound as u64) as usize
-    }
-}
-
 #[test]
 fn no_damage_makes_the_decoder_panic_or_give_samples_beyond_its_bits() {
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let mut random = Random::new(0x9E37_79B9_7F4A_7C15);
     for frame in kept() {
         for _ in 0..400 {
-            let mut stream = frame.stream.clone();
-            for _ in 0..=random.below(4) {
-                let at = random.below(stream.len());
-                match random.below(4) {
-                    0 => stream[at] ^= 1 << random.below(8),
-                    1 => stream[at] = random.below(256) as u8,
-                    2 => stream[at] = if random.below(2) == 0 { 0xFF } else { 0 },
-                    _ => _ = stream.splice(at..at, [random.below(256) as u8]),
-                }
-            }
+            let stream = frame.damaged(&mut random);
             if let Ok(decoded) = decode(&stream, frame.rows, frame.cols) {
                 assert_eq!(decoded.samples.len(), frame.rows * frame.cols);
                 let largest = u16::MAX >> (16 - decoded.bits);
@@ -133,14 +81,14 @@ fn no_damage_makes_the_decoder_panic_or_give_samples_beyond_its_bits() {
 
 #[test]
 fn random_data_behind_a_good_header_never_panic() {
-    let mut random = Random(0x2545_F491_4F6C_DD1D);
+    let mut random = Random::new(0x2545_F491_4F6C_DD1D);
     for frame in kept() {
-        let mut stream = frame.stream[..data_begin(&frame.stream)].to_vec();
+        let mut stream = frame.stream[..frame.data_begin()].to_vec();
         // All bytes below 80, so that no marker ends the data early.
         stream.extend((0..20_000).map(|_| random.below(0x80) as u8));
         _ = decode(&stream, frame.rows, frame.cols);
         for fill in [0x00, 0x7F, 0x55] {
-            stream.truncate(data_begin(&frame.stream));
+            stream.truncate(frame.data_begin());
             stream.resize(20_000, fill);
             _ = decode(&stream, frame.rows, frame.cols);
         }
@@ -189,25 +137,18 @@ fn a_frame_of_another_size_is_refused_with_both_sizes() {
     assert!(matches!(error, JpegLsError::Field { field: "Rows", .. }), "{error:?}");
 }
 
-/// The frame with the bytes after its first `marker`'s length changed.
-fn changed(stream: &[u8], marker: u8, at: usize, value: u8) -> Vec<u8> {
-    let mut stream = stream.to_vec();
-    let begin = stream.windows(2).position(|w| w == [0xFF, marker]).unwrap();
-    stream[begin + at] = value;
-    stream
-}
-
 #[test]
 fn what_is_not_decoded_is_refused_by_name() {
-    let Frame { rows, cols, stream, .. } = kept_frame("preset-12");
+    let frame = kept_frame("preset-12");
+    let (rows, cols) = (frame.rows, frame.cols);
     let refusal = |stream: &[u8]| decode(stream, rows, cols).unwrap_err().to_string();
     let cases = [
-        (changed(&stream, 0xF7, 9, 3), "a number of components but 1 (3)"),
-        (changed(&stream, 0xF8, 4, 2), "a mapping table, LSE of type (2)"),
-        (changed(&stream, 0xF8, 4, 4), "an oversize image, LSE of type (4)"),
-        (changed(&stream, 0xDA, 6, 1), "a mapping table (1)"),
-        (changed(&stream, 0xDA, 9, 1), "a point transform (1)"),
-        (changed(&stream, 0xF7, 1, 0xC3), "marker FFC3 (lossless JPEG)"),
+        (frame.changed(0xF7, 9, 3), "a number of components but 1 (3)"),
+        (frame.changed(0xF8, 4, 2), "a mapping table, LSE of type (2)"),
+        (frame.changed(0xF8, 4, 4), "an oversize image, LSE of type (4)"),
+        (frame.changed(0xDA, 6, 1), "a mapping table (1)"),
+        (frame.changed(0xDA, 9, 1), "a point transform (1)"),
+        (frame.changed(0xF7, 1, 0xC3), "marker FFC3 (lossless JPEG)"),
     ];
     for (stream, wanted) in cases {
         let found = refusal(&stream);
@@ -218,21 +159,22 @@ fn what_is_not_decoded_is_refused_by_name() {
 
 #[test]
 fn parameters_outside_the_standard_are_refused_with_their_values() {
-    let Frame { rows, cols, stream, .. } = kept_frame("preset-12");
+    let frame = kept_frame("preset-12");
+    let (rows, cols) = (frame.rows, frame.cols);
     let cases = [
-        (changed(&stream, 0xF7, 4, 17), "P is 17, expected 2 to 16"),
-        (changed(&stream, 0xF7, 4, 1), "P is 1, expected 2 to 16"),
-        (changed(&stream, 0xF8, 5, 0x10), "MAXVAL is 4280, expected 1 to 4095"),
-        (changed(&stream, 0xF8, 7, 0x01), "T2 is 40, expected 265 to 3000"),
-        (changed(&stream, 0xF8, 14, 2), "RESET is 2, expected 3 to 3000"),
-        (changed(&stream, 0xDA, 7, 20), "T1 is 9, expected 21 to 3000"),
-        (changed(&stream, 0xDA, 8, 3), "ILV is 3, expected 0 to 2"),
+        (frame.changed(0xF7, 4, 17), "P is 17, expected 2 to 16"),
+        (frame.changed(0xF7, 4, 1), "P is 1, expected 2 to 16"),
+        (frame.changed(0xF8, 5, 0x10), "MAXVAL is 4280, expected 1 to 4095"),
+        (frame.changed(0xF8, 7, 0x01), "T2 is 40, expected 265 to 3000"),
+        (frame.changed(0xF8, 14, 2), "RESET is 2, expected 3 to 3000"),
+        (frame.changed(0xDA, 7, 20), "T1 is 9, expected 21 to 3000"),
+        (frame.changed(0xDA, 8, 3), "ILV is 3, expected 0 to 2"),
     ];
     for (stream, wanted) in cases {
         assert_eq!(decode(&stream, rows, cols).unwrap_err().to_string(), wanted);
     }
     let eight = kept_frame("charls-2-low");
-    let error = decode(&changed(&eight.stream, 0xDA, 7, 2), eight.rows, eight.cols).unwrap_err();
+    let error = decode(&eight.changed(0xDA, 7, 2), eight.rows, eight.cols).unwrap_err();
     assert_eq!(error.to_string(), "NEAR is 2, expected 0 to 1");
 }
 

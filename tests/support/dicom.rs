@@ -267,42 +267,65 @@ impl Elements {
         self.0 = implicit;
     }
 
-    /// Writes the elements big endian; of sequences there are none.
+    /// Encapsulates a compressed image as the pixels, which come last.
+    pub(crate) fn set_image(&mut self, image: &[u8]) {
+        self.set_fragments(&[], &[image.to_vec()]);
+    }
+
+    /// Encapsulates fragments behind a table of offsets as the pixels, which come last.
+    pub(crate) fn set_fragments(&mut self, offsets: &[u32], fragments: &[Vec<u8>]) {
+        let (from, ..) = self.find(PIXELS);
+        self.0.truncate(from);
+        self.0.extend([0xE0, 0x7F, 0x10, 0, b'O', b'B', 0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
+        let table: Vec<u8> = offsets.iter().flat_map(|o| o.to_le_bytes()).collect();
+        for item in [&table].into_iter().chain(fragments) {
+            let even = item.len() + item.len() % 2;
+            self.0.extend([0xFE, 0xFF, 0, 0xE0]);
+            self.0.extend((even as u32).to_le_bytes());
+            self.0.extend(item);
+            self.0.resize(self.0.len() + even - item.len(), 0);
+        }
+        self.0.extend([0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0]);
+    }
+
+    /// Writes the elements big endian.
     pub(crate) fn make_big(&mut self) {
         let mut big = Vec::new();
         let mut rest = Self(std::mem::take(&mut self.0));
         while !rest.0.is_empty() {
-            let ((group, element), value, end) = rest.first();
-            let vr = [rest.0[4], rest.0[5]];
-            big.extend(group.to_be_bytes());
-            big.extend(element.to_be_bytes());
-            big.extend(vr);
-            if is_long(&vr) {
-                big.extend([0, 0]);
-                big.extend(((end - value) as u32).to_be_bytes());
+            let (_, value, end) = rest.first();
+            let (head, content) = (rest.0[..value].to_vec(), &rest.0[value..end]);
+            let vr = [head[4], head[5]];
+            let flip = |bytes: &[u8]| bytes.iter().rev().copied().collect::<Vec<u8>>();
+            let content = match &vr {
+                b"US" | b"OW" => content.chunks(2).flat_map(flip).collect(),
+                b"SQ" => {
+                    let mut items = Vec::new();
+                    let mut left = content;
+                    while !left.is_empty() {
+                        let length = u32::from_le_bytes([left[4], left[5], left[6], left[7]]);
+                        let (item, others) = left.split_at(8 + length as usize);
+                        items.extend([0xFF, 0xFE, 0xE0, 0x00]);
+                        items.extend(length.to_be_bytes());
+                        let mut inner = Self(item[8..].to_vec());
+                        inner.make_big();
+                        items.extend(inner.0);
+                        left = others;
+                    }
+                    items
+                }
+                _ => content.to_vec(),
+            };
+            big.extend([flip(&head[..2]), flip(&head[2..4]), vr.to_vec()].concat());
+            big.extend(if head.len() == 12 {
+                [&[0, 0], &flip(&head[8..])[..]].concat()
             } else {
-                big.extend(((end - value) as u16).to_be_bytes());
-            }
-            let width = if matches!(&vr, b"US" | b"OW") { 2 } else { 1 };
-            rest.0[value..end].chunks_exact_mut(width).for_each(<[u8]>::reverse);
-            big.extend(&rest.0[value..end]);
+                flip(&head[6..])
+            });
+            big.extend(content);
             rest.0.drain(..end);
         }
         self.0 = big;
-    }
-
-    /// Encapsulates a compressed image as the pixels, which come last.
-    pub(crate) fn set_image(&mut self, image: &[u8]) {
-        let (from, ..) = self.find(PIXELS);
-        self.0.truncate(from);
-        let even = image.len() + image.len() % 2;
-        self.0.extend([0xE0, 0x7F, 0x10, 0, b'O', b'B', 0, 0, 0xFF, 0xFF, 0xFF, 0xFF]);
-        self.0.extend([0xFE, 0xFF, 0, 0xE0, 0, 0, 0, 0]);
-        self.0.extend([0xFE, 0xFF, 0, 0xE0]);
-        self.0.extend((even as u32).to_le_bytes());
-        self.0.extend(image);
-        self.0.resize(self.0.len() + even - image.len(), 0);
-        self.0.extend([0xFE, 0xFF, 0xDD, 0xE0, 0, 0, 0, 0]);
     }
 
     pub(crate) fn text(&mut self, tag: (u16, u16), vr: [u8; 2], value: &str) {

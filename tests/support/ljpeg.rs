@@ -1,9 +1,15 @@
-//! Writes lossless JPEG (ITU-T T.81, process 14, predictor 1): one component of 16 bits.
+//! Writes lossless JPEG (ITU-T T.81, process 14, predictor 1): one component.
 
-/// The codestream of an image.
+/// The codestream of an image of 16 bits.
 pub(crate) fn encode(samples: &[u16], cols: u16) -> Vec<u8> {
+    encode_bits(samples, cols, 16)
+}
+
+/// The codestream of an image of `bits` bits.
+pub(crate) fn encode_bits(samples: &[u16], cols: u16, bits: u8) -> Vec<u8> {
     let rows = (samples.len() / usize::from(cols)) as u16;
-    let mut out = vec![0xFF, 0xD8, 0xFF, 0xC3, 0, 11, 16];
+    let half = 1 << (bits - 1);
+    let mut out = vec![0xFF, 0xD8, 0xFF, 0xC3, 0, 11, bits];
     out.extend(rows.to_be_bytes());
     out.extend(cols.to_be_bytes());
     out.extend([1, 1, 0x11, 0]);
@@ -15,7 +21,7 @@ pub(crate) fn encode(samples: &[u16], cols: u16) -> Vec<u8> {
     let (mut bits, mut n) = (0_u64, 0);
     for (at, &sample) in samples.iter().enumerate() {
         let predicted = match at {
-            0 => 1 << 15,
+            0 => half,
             _ if at % usize::from(cols) == 0 => samples[at - usize::from(cols)],
             _ => samples[at - 1],
         };

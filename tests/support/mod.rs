@@ -4,6 +4,7 @@ pub mod expected;
 pub mod planes;
 pub mod random;
 
+pub(crate) mod codestreams;
 pub(crate) mod dicom;
 pub(crate) mod ljpeg;
 pub mod manifold;

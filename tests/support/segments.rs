@@ -64,6 +64,11 @@ impl Segmentation {
 
     /// The bytes of the file.
     pub(crate) fn file(&self) -> Vec<u8> {
+        file("1.2.840.10008.1.2.1", &self.data())
+    }
+
+    /// The data set.
+    pub(crate) fn data(&self) -> Elements {
         let is_binary = self.kind == "BINARY";
         let bits: u16 = if is_binary { 1 } else { 8 };
         let mut data = Elements::default();
@@ -93,7 +98,7 @@ impl Segmentation {
         let own: Vec<Elements> = self.frames.iter().map(|&f| self.own(f, is_binary)).collect();
         data.sequence((0x5200, 0x9230), &own);
         data.element((0x7FE0, 0x0010), *b"OB", &self.pixels(is_binary));
-        file("1.2.840.10008.1.2.1", &data)
+        data
     }
 
     fn own(&self, (segment, k): (u16, usize), is_binary: bool) -> Elements {

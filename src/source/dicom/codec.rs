@@ -1,80 +1,14 @@
-//! The codecs of `dicom-transfer-syntax-registry`: JPEG and JPEG 2000, one frame at a time.
+//! The codecs of other crates: lossy JPEG (`jpeg-decoder`) and JPEG 2000 (`jpeg2k` over `openjp2`), one
+//! frame at a time. They are called directly, for `dicom-transfer-syntax-registry` refuses frames of
+//! 16 MiB and more that are compressed to less than a 64th, as blank slices are.
 //!
 //! What a compressed image says of its size is compared with Rows and Columns before it reaches a
 //! decoder, for they allocate what the image claims.
 
-use std::borrow::Cow;
-
-use dicom_core::smallvec::smallvec;
-use dicom_encoding::adapters::{PixelDataObject, RawPixelData};
-use dicom_encoding::{Codec as RegistryCodec, TransferSyntaxIndex};
-use dicom_transfer_syntax_registry::TransferSyntaxRegistry;
-
 use super::blob::one_line;
 use super::guard::contain;
 use super::layout::Layout;
-use super::syntax::Codec;
-
-/// A single frame, as the registry's codecs want to see it.
-#[derive(Debug)]
-struct SingleFrame<'a> {
-    syntax: &'a str,
-    rows: u16,
-    cols: u16,
-    bits_allocated: u16,
-    bits_stored: u16,
-    bytes: &'a [u8],
-}
-
-impl PixelDataObject for SingleFrame<'_> {
-    fn transfer_syntax_uid(&self) -> &str {
-        self.syntax
-    }
-
-    fn rows(&self) -> Option<u16> {
-        Some(self.rows)
-    }
-
-    fn cols(&self) -> Option<u16> {
-        Some(self.cols)
-    }
-
-    fn samples_per_pixel(&self) -> Option<u16> {
-        Some(1)
-    }
-
-    fn bits_allocated(&self) -> Option<u16> {
-        Some(self.bits_allocated)
-    }
-
-    fn bits_stored(&self) -> Option<u16> {
-        Some(self.bits_stored)
-    }
-
-    fn photometric_interpretation(&self) -> Option<&str> {
-        Some("MONOCHROME2")
-    }
-
-    fn number_of_frames(&self) -> Option<u32> {
-        Some(1)
-    }
-
-    fn number_of_fragments(&self) -> Option<u32> {
-        Some(1)
-    }
-
-    fn fragment(&self, fragment: usize) -> Option<Cow<'_, [u8]>> {
-        (fragment == 0).then_some(Cow::Borrowed(self.bytes))
-    }
-
-    fn offset_table(&self) -> Option<Cow<'_, [u32]>> {
-        Some(Cow::Borrowed(&[]))
-    }
-
-    fn raw_pixel_data(&self) -> Option<RawPixelData> {
-        Some(RawPixelData { fragments: smallvec![self.bytes.to_vec()], offset_table: smallvec![] })
-    }
-}
+use super::syntax::{self, Codec};
 
 /// Decodes a frame: its samples, low byte first, and their precision in bits.
 ///
@@ -82,7 +16,6 @@ impl PixelDataObject for SingleFrame<'_> {
 /// One line in the decoder's own words.
 pub(super) fn decode(
     codec: Codec,
-    syntax: &str,
     layout: &Layout,
     bytes: &[u8],
 ) -> Result<(Vec<u8>, u32), String> {
@@ -99,34 +32,61 @@ pub(super) fn decode(
     if size.components != 1 {
         return Err(format!("it has {} components, expected 1", size.components));
     }
+    if let Some((x, y)) = size.step.filter(|&step| step != (1, 1)) {
+        return Err(format!("a component of every {x} x {y} samples (XRsiz, YRsiz) is not read"));
+    }
     if size.precision == 0 || size.precision.div_ceil(8) as usize > layout.bytes {
         return Err(format!("it has {} bits, expected {}", size.precision, layout.bytes * 8));
     }
-    let frame = SingleFrame {
-        syntax,
-        rows: layout.rows as u16,
-        cols: layout.cols as u16,
-        bits_allocated: (layout.bytes * 8) as u16,
-        bits_stored: layout.bits_stored as u16,
-        bytes,
-    };
-    let registered = TransferSyntaxRegistry.get(syntax).ok_or("no decoder")?;
-    let RegistryCodec::EncapsulatedPixelData(Some(reader), _) = registered.codec() else {
-        return Err("no decoder".to_owned());
-    };
+    let out = contain(|| match codec {
+        Codec::Jpeg2000 => jpeg_2000(layout, bytes),
+        _ => jpeg(layout, bytes),
+    });
+    Ok((out.ok_or("the decoder gave up")??, size.precision))
+}
+
+/// Decodes JPEG 2000 of one component.
+fn jpeg_2000(layout: &Layout, bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let image = jpeg2k::Image::from_bytes(bytes).map_err(|e| innermost(&e))?;
+    let samples = image.components().first().map_or(&[][..], |component| component.data());
+    // Their precision has been held against the layout: the low bytes are the whole sample.
+    match layout.bytes {
+        1 => gather(layout, samples.iter().map(|&v| [v as u8])),
+        _ => gather(layout, samples.iter().map(|&v| (v as u16).to_le_bytes())),
+    }
+}
+
+/// Decodes JPEG of one component and 8 bits.
+fn jpeg(layout: &Layout, bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let samples = jpeg_decoder::Decoder::new(bytes).decode().map_err(|e| innermost(&e))?;
+    match layout.bytes {
+        1 => gather(layout, samples.iter().map(|&v| [v])),
+        _ => gather(layout, samples.iter().map(|&v| [v, 0])),
+    }
+}
+
+/// The bytes of a frame's samples.
+///
+/// # Errors
+/// Another number of samples than the layout has.
+fn gather<const N: usize>(
+    layout: &Layout,
+    samples: impl ExactSizeIterator<Item = [u8; N]>,
+) -> Result<Vec<u8>, String> {
+    let (found, wanted) = (samples.len(), layout.n_samples());
+    if found != wanted {
+        return Err(format!("{found} of {wanted} samples come out"));
+    }
     let mut out = Vec::new();
-    contain(|| reader.decode_frame(&frame, 0, &mut out))
-        .ok_or("the decoder gave up")?
-        .map_err(|e| innermost(&e))?;
-    let wanted = layout.frame_bytes();
-    if out.len() < wanted {
-        return Err(format!("{} of {wanted} bytes come out", out.len()));
-    }
-    // A decoder of up to 8 bits gives one byte a sample where two are allocated.
-    if codec == Codec::Jpeg && size.precision <= 8 && layout.bytes == 2 {
-        out = out.iter().take(layout.n_samples()).flat_map(|&b| [b, 0]).collect();
-    }
-    Ok((out, size.precision))
+    out.try_reserve_exact(found * N).map_err(|_| format!("no memory for {found} samples"))?;
+    out.extend(samples.flatten());
+    Ok(out)
+}
+
+/// Whether a frame is one of lossless JPEG, whatever the transfer syntax says; what has no frame
+/// header is what that says.
+pub(super) fn is_lossless_jpeg(syntax: &str, bytes: &[u8]) -> bool {
+    jpeg_size(bytes).map_or(syntax::is_lossless_jpeg(syntax), |size| size.process == 0xC3)
 }
 
 /// The last of a chain of causes: the one that says what is wrong.
@@ -149,6 +109,10 @@ struct Size {
     cols: u64,
     components: u64,
     precision: u32,
+    /// The second byte of the marker that says so.
+    process: u64,
+    /// Columns and rows of the image to one sample of the first component, in JPEG 2000.
+    step: Option<(u64, u64)>,
 }
 
 fn number(bytes: &[u8], at: usize, len: usize) -> Option<u64> {
@@ -173,6 +137,8 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
                     rows: number(bytes, at + 5, 2)?,
                     cols: number(bytes, at + 7, 2)?,
                     components: number(bytes, at + 9, 1)?,
+                    process: marker,
+                    step: None,
                 });
             }
             // Scan data or the end before any frame header.
@@ -199,5 +165,7 @@ fn jpeg_2000_size(bytes: &[u8]) -> Option<Size> {
         cols: width.checked_sub(left)?,
         components: number(bytes, at + 36, 2)?,
         precision: (number(bytes, at + 38, 1)? as u32 & 0x7F) + 1,
+        process: 0x51,
+        step: Some((number(bytes, at + 39, 1)?, number(bytes, at + 40, 1)?)),
     })
 }

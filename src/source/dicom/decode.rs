@@ -6,7 +6,7 @@ use std::io::Read;
 use super::error::FileFault;
 use super::layout::Layout;
 use super::syntax::{self, Codec};
-use super::{codec, jpegls, rle};
+use super::{codec, jpegls, ljpeg, rle};
 
 /// How the bytes of a frame are to be read.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +16,9 @@ pub(super) struct Image {
     pub(super) precision: Option<u32>,
     /// The decoder may give values a little beyond those that were encoded.
     pub(super) lossy: bool,
-    /// Bits of the first byte that belong to the frame before.
-    pub(super) skipped_bits: u32,
+    /// Where samples of one bit stand eight in a byte: bits of the first byte that belong to the
+    /// frame before. Nothing where each has a byte of its own.
+    pub(super) packed: Option<u32>,
     /// High byte first.
     pub(super) big: bool,
 }
@@ -55,7 +56,7 @@ pub(super) fn decode(
         return Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() });
     };
     let lossy = syntax::is_lossy(syntax);
-    let image = |precision| Image { precision, lossy, skipped_bits: 0, big: false };
+    let image = |precision| Image { precision, lossy, packed: None, big: false };
     match codec {
         Codec::Rle => {
             *stored = rle::decode(stored, layout.n_samples(), layout.bytes)
@@ -68,30 +69,57 @@ pub(super) fn decode(
             if found < wanted {
                 return Err(FileFault::PixelsEnd { found, wanted });
             }
-            Ok(image(None))
+            // Bits stay packed where bytes alone are compressed; other codecs take whole samples.
+            Ok(Image { packed: Some(0), ..image(None) })
         }
         Codec::JpegLs => {
             let decoded = jpegls::decode(stored, layout.rows, layout.cols)
                 .map_err(|error| FileFault::JpegLs { syntax: name.to_owned(), error })?;
-            let precision = u32::from(decoded.bits);
-            if precision.div_ceil(8) as usize > layout.bytes {
-                return Err(fail(format!(
-                    "it has {precision} bits, expected {}",
-                    layout.bytes * 8
-                )));
-            }
-            stored.clear();
-            if layout.bytes == 1 {
-                stored.extend(decoded.samples.iter().map(|&v| v as u8));
-            } else {
-                stored.extend(decoded.samples.iter().flat_map(|v| v.to_le_bytes()));
-            }
-            Ok(image(Some(precision)))
+            store(&decoded.samples, decoded.bits, layout, stored).map_err(fail)?;
+            Ok(image(Some(decoded.bits.into())))
+        }
+        Codec::Jpeg if codec::is_lossless_jpeg(syntax, stored) => {
+            let decoded = ljpeg::decode(stored, layout.rows, layout.cols)
+                .map_err(|error| FileFault::LosslessJpeg { syntax: name.to_owned(), error })?;
+            store(&decoded.samples, decoded.bits, layout, stored).map_err(fail)?;
+            Ok(Image { lossy: false, ..image(Some(sign_bits(decoded.bits, layout))) })
         }
         Codec::Jpeg | Codec::Jpeg2000 => {
-            let (bytes, precision) = codec::decode(codec, syntax, layout, stored).map_err(fail)?;
+            let (bytes, precision) = codec::decode(codec, layout, stored).map_err(fail)?;
             *stored = bytes;
             Ok(image(Some(precision)))
         }
     }
+}
+
+/// Puts samples of `bits` bits in the place of a frame's compressed bytes.
+///
+/// # Errors
+/// More bits than a sample of the layout has.
+fn store(samples: &[u16], bits: u8, layout: &Layout, stored: &mut Vec<u8>) -> Result<(), String> {
+    if usize::from(bits).div_ceil(8) > layout.bytes {
+        return Err(format!("it has {bits} bits, expected {}", layout.bytes * 8));
+    }
+    stored.clear();
+    if layout.bytes == 1 {
+        stored.extend(samples.iter().map(|&v| v as u8));
+    } else {
+        stored.extend(samples.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    Ok(())
+}
+
+/// Bits of a sample of lossless JPEG, its sign among them, where P is `bits`.
+///
+/// Lossless JPEG knows no sign. Where P is less than `BitsStored`, the samples may all be positive or
+/// have their sign in the highest of P bits; nothing in the file tells. GDCM, and so `SimpleITK`, goes
+/// by its own widths of 8, 12 and 13 to 16 bits: the sign is in the highest of the first that holds P.
+/// What they read is what the rest of a user's programs show.
+fn sign_bits(bits: u8, layout: &Layout) -> u32 {
+    let held = match bits {
+        0..=8 => 8,
+        9..=12 => 12,
+        _ => u32::from(bits),
+    };
+    held.min(layout.bits_stored).max(bits.into())
 }

@@ -151,6 +151,14 @@ pub enum FileFault {
         /// What is wrong with the frame.
         error: super::jpegls::JpegLsError,
     },
+    /// Lossless JPEG pixels that do not decode.
+    #[error("the {syntax} pixels do not decode: {error}")]
+    LosslessJpeg {
+        /// The transfer syntax, by name.
+        syntax: String,
+        /// What is wrong with the frame.
+        error: super::ljpeg::LosslessJpegError,
+    },
     /// A plane beyond the limits.
     #[error(transparent)]
     Dims(#[from] crate::geom::DimsError),
@@ -203,6 +211,7 @@ impl Failure for FileFault {
             Self::Syntax { .. } => Kind::UnsupportedSyntax,
             Self::NoFrame { .. } | Self::Codec { .. } => Kind::CorruptPixels,
             Self::JpegLs { error, .. } => error.kind(),
+            Self::LosslessJpeg { error, .. } => error.kind(),
             Self::HeaderTooLarge { .. }
             | Self::TooManyFrames { .. }
             | Self::PixelsTooLong { .. }
@@ -222,10 +231,13 @@ impl Failure for FileFault {
             ),
             Self::Io(e) => crate::error::system_hint(e).map(str::to_owned),
             Self::Temporary { .. } => Some("TMPDIR names another folder for it".to_owned()),
-            Self::JpegLs { error, .. } if error.kind() == Kind::TooLarge => None,
-            Self::JpegLs { .. } | Self::Codec { .. } | Self::NoFrame { .. } => {
-                Some("the file is damaged; export it again".to_owned())
+            Self::JpegLs { .. } | Self::LosslessJpeg { .. } if self.kind() == Kind::TooLarge => {
+                None
             }
+            Self::JpegLs { .. }
+            | Self::LosslessJpeg { .. }
+            | Self::Codec { .. }
+            | Self::NoFrame { .. } => Some("the file is damaged; export it again".to_owned()),
             _ => None,
         }
     }

@@ -100,9 +100,10 @@ fn next(stream: &mut Stream<'_>) -> Result<Option<Fragment>, FileFault> {
 }
 
 impl Fragments {
-    /// The fragments of each of `n_frames` frames: all of them for one frame; one each where there
-    /// are as many; by the offset table otherwise; and without one, a new frame wherever a
-    /// fragment begins with the first bytes of a compressed image.
+    /// The fragments of each of `n_frames` frames: all of them for one frame; as the offset table
+    /// has it, where its offsets are those of fragments; one each where there are as many; and
+    /// otherwise a new frame wherever a fragment begins with the first bytes of a compressed image.
+    /// Frames beyond `n_frames` are passed over, as they are where pixels are not encapsulated.
     ///
     /// # Errors
     /// [`FileFault::NoFrame`] where none of these gives every frame a fragment.
@@ -120,26 +121,44 @@ impl Fragments {
         if n_frames == 1 {
             return Ok(vec![self.list]);
         }
-        if fragments == n_frames {
-            return Ok(self.list.into_iter().map(|f| vec![f]).collect());
-        }
         if fragments < n_frames {
             return Err(absent(fragments));
         }
-        let base = self.list.first().map_or(0, |f| f.0 - 8);
+        let by_table = self.begins_by_table(n_frames);
+        if by_table.is_none() && fragments == n_frames {
+            return Ok(self.list.into_iter().map(|f| vec![f]).collect());
+        }
         let mut frames: Vec<Vec<Fragment>> = Vec::new();
-        let by_table = self.offsets.len() as u64 == n_frames;
-        for fragment in self.list {
-            let begins = if by_table {
-                self.offsets.get(frames.len()).is_some_and(|&o| base + o == fragment.0 - 8)
-            } else {
-                begins_image(fragment)?
+        for (index, fragment) in self.list.into_iter().enumerate() {
+            let begins = match &by_table {
+                Some(begins) => begins.get(frames.len()) == Some(&index),
+                None => begins_image(fragment)?,
             };
+            if begins && frames.len() as u64 == n_frames {
+                break;
+            }
             match frames.last_mut() {
                 Some(frame) if !begins => frame.push(fragment),
                 _ => frames.push(vec![fragment]),
             }
         }
         if frames.len() as u64 == n_frames { Ok(frames) } else { Err(absent(frames.len() as u64)) }
+    }
+
+    /// The first fragment of each frame by the offset table; nothing where it has too few offsets, or
+    /// offsets that do not rise from the first fragment to others.
+    fn begins_by_table(&self, n_frames: u64) -> Option<Vec<usize>> {
+        let base = self.list.first()?.0;
+        let mut begins: Vec<usize> = Vec::new();
+        for offset in &self.offsets {
+            let at = base.checked_add(*offset)?;
+            let index = self.list.binary_search_by_key(&at, |fragment| fragment.0).ok()?;
+            let rises = begins.last().map_or(index == 0, |&before| before < index);
+            if !rises {
+                return None;
+            }
+            begins.push(index);
+        }
+        (begins.len() as u64 >= n_frames).then_some(begins)
     }
 }

@@ -11,7 +11,7 @@ use super::fragments::{self, Fragment};
 use super::instance::{Frame, Instance};
 use super::layout::{Layout, SampleKind};
 use super::series::FrameRef;
-use super::syntax;
+use super::syntax::{self, Codec};
 use super::walk::PixelElement;
 use crate::cancel::Cancel;
 use crate::volume::{Inside, Padding};
@@ -126,7 +126,12 @@ impl Pixels {
             Bytes::Streamed { .. } => return Ok(Vec::new()),
         };
         let mut stream = Stream::within(file.clone(), base);
-        fragments::list(&mut stream)?.by_frame(n_frames, |(offset, _)| {
+        // A frame of RLE is one fragment (PS3.5, annex A.4.2).
+        let is_rle = syntax::codec(&self.syntax) == Some(Codec::Rle);
+        fragments::list(&mut stream)?.by_frame(n_frames, |(offset, length)| {
+            if is_rle {
+                return Ok(length > 0);
+            }
             let mut head = [0; 4];
             file.fill(&mut head, offset).map_err(FileFault::io)?;
             Ok(decode::begins_image(head))
@@ -174,23 +179,32 @@ impl Pixels {
         let samples = self.layout.n_samples() as u64;
         let overflow = || FileFault::PixelsEnd { found: 0, wanted: u64::MAX };
         let first = samples.checked_mul(frame).ok_or_else(overflow)?;
-        let (offset, length, skipped_bits) = if self.layout.kind == SampleKind::Bit {
+        let (offset, length, packed) = if self.layout.kind == SampleKind::Bit {
             let end = first.checked_add(samples).ok_or_else(overflow)?;
-            (first / 8, end.div_ceil(8) - first / 8, (first % 8) as u32)
+            (first / 8, end.div_ceil(8) - first / 8, Some((first % 8) as u32))
         } else {
             let size = self.layout.frame_bytes() as u64;
-            (size.checked_mul(frame).ok_or_else(overflow)?, size, 0)
+            (size.checked_mul(frame).ok_or_else(overflow)?, size, None)
         };
         let base = match &self.bytes {
             Bytes::Plain { offset, .. } => *offset,
             Bytes::Streamed { .. } | Bytes::Spooled(_) => 0,
         };
-        self.append(base.checked_add(offset).ok_or_else(overflow)?, length, stored)?;
+        // Swapped pairs are read whole: a frame may begin and end within one.
+        let before = if self.layout.swapped_pairs { offset % 2 } else { 0 };
+        let after = if self.layout.swapped_pairs { (before + length) % 2 } else { 0 };
+        let begin = base.checked_add(offset - before).ok_or_else(overflow)?;
+        self.append(begin, before + length + after, stored)?;
+        if self.layout.swapped_pairs {
+            stored.chunks_exact_mut(2).for_each(<[u8]>::reverse);
+            stored.drain(..stored.len().min(before as usize));
+            stored.truncate(usize::try_from(length).unwrap_or(usize::MAX));
+        }
         let found = stored.len() as u64;
         if found < length {
             return Err(FileFault::PixelsEnd { found, wanted: length });
         }
-        Ok(Image { precision: None, lossy: false, skipped_bits, big: self.layout.big })
+        Ok(Image { precision: None, lossy: false, packed, big: self.layout.big })
     }
 
     /// Appends bytes from a place in the file (plain), or in the pixel element's value.
@@ -241,7 +255,7 @@ impl Pixels {
             let mut stored = Vec::new();
             let image = Self::new(instance, cancel).ok()?.read(frame.index, &mut stored).ok()?;
             let mut samples = vec![0.0; instance.layout.n_samples()];
-            super::unpack::real(&instance.layout, &image, &stored, &mut samples, |v| v);
+            super::unpack::real(&instance.layout, &image, None, &stored, &mut samples, |v| v);
             Some(samples)
         };
         read(a).is_some_and(|samples| Some(samples) == read(b))
@@ -278,7 +292,8 @@ fn spool(instance: &Instance, cancel: &Cancel) -> Result<Shared, FileFault> {
     let limit = if is_encapsulated {
         layout.most_encoded(n_frames)
     } else {
-        layout.native_bytes(n_frames).unwrap_or(u64::MAX)
+        let wanted = layout.native_bytes(n_frames).unwrap_or(u64::MAX);
+        wanted.saturating_add(wanted % 2)
     };
     let mut file = tempfile::tempfile().map_err(FileFault::temporary)?;
     with_element(&instance.blob, instance.deflated_at, &instance.element, |mut stream| {
@@ -332,7 +347,7 @@ mod tests {
             let image = pixels.read(slice.frame, &mut stored).map_err(said)?;
             let mut plane = vec![0.0; pixels.layout.n_samples()];
             let rescale = Rescale::new(slice.slope, slice.inter).unwrap();
-            unpack::real(&pixels.layout, &image, &stored, &mut plane, |v| rescale.real(v));
+            unpack::real(&pixels.layout, &image, None, &stored, &mut plane, |v| rescale.real(v));
             all.extend(plane);
         }
         Ok(all)

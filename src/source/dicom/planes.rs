@@ -93,7 +93,7 @@ fn stored<T: FromStored>(
     out: &mut [T],
 ) -> Result<(), DicomError> {
     match read(slice, bytes)? {
-        Some((layout, image)) => unpack::integers(layout, &image, bytes, out),
+        Some((layout, image)) => unpack::integers(layout, &image, slice.padding, bytes, out),
         None => out.fill(T::default()),
     }
     Ok(())
@@ -123,7 +123,7 @@ fn real(slice: &Slice, bytes: &mut Vec<u8>, out: &mut [f64]) -> Result<(), Dicom
         return Ok(());
     };
     let rescale = Rescale::new(slice.slope, slice.inter).unwrap_or(Rescale::IDENTITY);
-    unpack::real(layout, &image, bytes, out, |v| {
+    unpack::real(layout, &image, slice.padding, bytes, out, |v| {
         let real = rescale.real(v);
         let padded = slice.padding.is_some_and(|p| p.holds(v));
         if padded && slice.inside.is_none_or(|inside| inside.holds(real)) { f64::NAN } else { real }

@@ -55,6 +55,11 @@ pub(super) fn codec(syntax: &str) -> Option<Codec> {
     }
 }
 
+/// Whether the frames are lossless JPEG (process 14).
+pub(super) fn is_lossless_jpeg(syntax: &str) -> bool {
+    matches!(syntax, "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70")
+}
+
 /// Whether an encoder may have changed the samples.
 pub(super) fn is_lossy(syntax: &str) -> bool {
     matches!(

@@ -1,57 +1,15 @@
 //! What can be wrong with a JPEG-LS stream.
 
+use super::super::segments::SegmentError;
 use crate::error::{Failure, Kind};
 
 /// Why a frame does not decode. Rows count from 1, offsets in bytes from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum JpegLsError {
-    /// The frame does not begin with the marker that begins every JPEG stream.
-    #[error("the frame begins with {found:04X}, not with JPEG's FFD8")]
-    NotJpeg {
-        /// The first two bytes, 0 where there are none.
-        found: u16,
-    },
-    /// Another process of the JPEG family.
-    #[error("the frame has marker {marker:04X} ({name}) where JPEG-LS has FFF7")]
-    OtherProcess {
-        /// The start-of-frame marker.
-        marker: u16,
-        /// What it is.
-        name: &'static str,
-    },
-    /// The stream ends before its first sample.
-    #[error("the JPEG-LS header ends after {bytes} bytes, before the first sample")]
-    HeaderCut {
-        /// All there is.
-        bytes: usize,
-    },
-    /// Something else where a marker belongs.
-    #[error("found {found:02X} at byte {offset}, where a JPEG marker belongs")]
-    NoMarker {
-        /// Where.
-        offset: usize,
-        /// What stands there.
-        found: u8,
-    },
-    /// A marker that has no place in the header of a JPEG-LS stream.
-    #[error("marker {marker:04X} at byte {offset} has no place there")]
-    StrayMarker {
-        /// The marker.
-        marker: u16,
-        /// Where.
-        offset: usize,
-    },
-    /// A marker segment whose length does not fit its content.
-    #[error("the segment of marker {marker:04X} is {found} bytes long, expected {expected}")]
-    SegmentLength {
-        /// The segment's marker.
-        marker: u16,
-        /// The length it gives.
-        found: usize,
-        /// The length of its content, or the least it could be.
-        expected: usize,
-    },
+    /// The marker segments.
+    #[error(transparent)]
+    Segment(#[from] SegmentError),
     /// A field outside the values that the standard allows.
     #[error("{field} is {found}, expected {least} to {most}")]
     Field {
@@ -151,8 +109,9 @@ pub enum JpegLsError {
 impl Failure for JpegLsError {
     fn kind(&self) -> Kind {
         match self {
-            Self::OtherProcess { .. } | Self::Unsupported { .. } => Kind::UnsupportedSyntax,
-            Self::HeaderCut { .. } | Self::Truncated { .. } => Kind::TruncatedData,
+            Self::Segment(error) => error.kind(),
+            Self::Unsupported { .. } => Kind::UnsupportedSyntax,
+            Self::Truncated { .. } => Kind::TruncatedData,
             Self::NoMemory { .. } => Kind::TooLarge,
             _ => Kind::CorruptPixels,
         }

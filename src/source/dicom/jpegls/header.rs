@@ -1,17 +1,12 @@
 //! The markers before and after the coded samples (T.87, annex C): what they say, checked. Decodes
 //! no samples and allocates nothing.
 
+use super::super::segments::{DNL, DRI, EOI, SOS, Segments, is_idle, wrong_length};
 use super::JpegLsError;
 use super::preset::{Coding, Preset};
 
-const SOI: u8 = 0xD8;
-const EOI: u8 = 0xD9;
-const SOS: u8 = 0xDA;
-const DNL: u8 = 0xDC;
-const DRI: u8 = 0xDD;
 const SOF55: u8 = 0xF7;
 const LSE: u8 = 0xF8;
-const COM: u8 = 0xFE;
 
 /// All that the samples need to know.
 #[derive(Clone, Copy, Debug)]
@@ -34,78 +29,18 @@ struct Frame {
     lines_follow: bool,
 }
 
-/// A walk over marker segments.
-struct Segments<'a> {
-    data: &'a [u8],
-    pos: usize,
-}
-
-impl<'a> Segments<'a> {
-    fn cut(&self) -> JpegLsError {
-        JpegLsError::HeaderCut { bytes: self.data.len() }
-    }
-
-    /// The next marker's second byte, past any FF that fills; `None` at the end of the data.
-    fn marker(&mut self) -> Result<Option<u8>, JpegLsError> {
-        match self.data.get(self.pos) {
-            Some(0xFF) => {}
-            Some(&found) => return Err(JpegLsError::NoMarker { offset: self.pos, found }),
-            None => return Ok(None),
-        }
-        let rest = self.data.get(self.pos..).unwrap_or_default();
-        let Some(fill) = rest.iter().position(|&b| b != 0xFF) else {
-            self.pos = self.data.len();
-            return Ok(None);
-        };
-        self.pos += fill + 1;
-        Ok(rest.get(fill).copied())
-    }
-
-    /// The content of the segment of `marker`, without its length.
-    fn content(&mut self, marker: u8) -> Result<&'a [u8], JpegLsError> {
-        let rest = self.data.get(self.pos..).unwrap_or_default();
-        let [high, low] = *rest.first_chunk::<2>().ok_or_else(|| self.cut())?;
-        let length = usize::from(u16::from_be_bytes([high, low]));
-        if length < 2 {
-            return Err(wrong_length(marker, length, 2));
-        }
-        let content = rest.get(2..length).ok_or_else(|| self.cut())?;
-        self.pos += length;
-        Ok(content)
-    }
-}
-
-fn word(marker: u8) -> u16 {
-    0xFF00 | u16::from(marker)
-}
-
-fn wrong_length(marker: u8, found: usize, expected: usize) -> JpegLsError {
-    JpegLsError::SegmentLength { marker: word(marker), found, expected }
-}
-
-/// Application data and comments, which say nothing of the samples of one component.
-fn is_idle(marker: u8) -> bool {
-    matches!(marker, 0xE0..=0xEF | COM)
-}
-
 /// Reads from the start of `data` to the first byte of coded samples.
 ///
 /// # Errors
 /// A header that is cut, damaged, of another size than `rows` by `cols`, or asks for what is not
 /// decoded here.
 pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, JpegLsError> {
-    match data.first_chunk::<2>() {
-        Some([0xFF, SOI]) => {}
-        Some(&other) => return Err(JpegLsError::NotJpeg { found: u16::from_be_bytes(other) }),
-        None => return Err(JpegLsError::HeaderCut { bytes: data.len() }),
-    }
-    let mut segments = Segments { data, pos: 2 };
+    let mut segments = Segments::of_image(data)?;
     let mut frame = None;
     let mut preset = Preset::default();
     let mut interval = None;
     loop {
         let marker = segments.marker()?.ok_or_else(|| segments.cut())?;
-        let offset = segments.pos.saturating_sub(2);
         match marker {
             SOF55 if frame.is_none() => {
                 frame = Some(read_frame(segments.content(marker)?, rows, cols)?);
@@ -115,21 +50,16 @@ pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, Jpeg
             SOS => {
                 let content = segments.content(marker)?;
                 let Some(Frame { bits, lines_follow }) = frame else {
-                    return Err(JpegLsError::StrayMarker { marker: word(marker), offset });
+                    return Err(segments.stray(marker).into());
                 };
                 let coding = Coding::new(bits, read_scan(content)?, preset)?;
-                let data_begin = segments.pos;
+                let data_begin = segments.pos();
                 return Ok(Header { bits, coding, interval, lines_follow, data_begin });
             }
             _ if is_idle(marker) => {
                 segments.content(marker)?;
             }
-            _ => {
-                return Err(match other_process(marker) {
-                    Some(name) => JpegLsError::OtherProcess { marker: word(marker), name },
-                    None => JpegLsError::StrayMarker { marker: word(marker), offset },
-                });
-            }
+            _ => return Err(segments.unexpected(marker, SOF55).into()),
         }
     }
 }
@@ -145,9 +75,8 @@ pub(super) fn read_end(
     header: &Header,
     (rows, cols): (usize, usize),
 ) -> Result<(), JpegLsError> {
-    let mut segments = Segments { data, pos };
+    let mut segments = Segments::at(data, pos);
     while let Some(marker) = segments.marker()? {
-        let offset = segments.pos.saturating_sub(2);
         match marker {
             EOI => break,
             DNL => {
@@ -162,7 +91,7 @@ pub(super) fn read_end(
             _ if is_idle(marker) || marker == LSE || marker == DRI => {
                 segments.content(marker)?;
             }
-            _ => return Err(JpegLsError::StrayMarker { marker: word(marker), offset }),
+            _ => return Err(segments.stray(marker).into()),
         }
     }
     Ok(())
@@ -176,14 +105,14 @@ fn big_endian(bytes: &[u8]) -> u32 {
 /// T.87, C.2.2: P, Y, X, the number of components, and three bytes for each.
 fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<Frame, JpegLsError> {
     let Some((&[bits, y1, y0, x1, x0, components], each)) = content.split_first_chunk::<6>() else {
-        return Err(wrong_length(SOF55, content.len() + 2, 11));
+        return Err(wrong_length(SOF55, content.len() + 2, 11).into());
     };
     if components != 1 {
         let value = u32::from(components);
         return Err(JpegLsError::Unsupported { what: "a number of components but 1", value });
     }
     if each.len() != 3 {
-        return Err(wrong_length(SOF55, content.len() + 2, 11));
+        return Err(wrong_length(SOF55, content.len() + 2, 11).into());
     }
     if !(2..=16).contains(&bits) {
         return Err(JpegLsError::Field { field: "P", found: bits.into(), least: 2, most: 16 });
@@ -219,14 +148,14 @@ fn read_preset(content: &[u8]) -> Result<Preset, JpegLsError> {
 fn read_interval(content: &[u8]) -> Result<Option<u32>, JpegLsError> {
     match content.len() {
         2..=4 => Ok(Some(big_endian(content)).filter(|&lines| lines != 0)),
-        other => Err(wrong_length(DRI, other + 2, 4)),
+        other => Err(wrong_length(DRI, other + 2, 4).into()),
     }
 }
 
 /// T.87, C.2.3: gives NEAR.
 fn read_scan(content: &[u8]) -> Result<u8, JpegLsError> {
     let Some((&components, rest)) = content.split_first() else {
-        return Err(wrong_length(SOS, 2, 8));
+        return Err(wrong_length(SOS, 2, 8).into());
     };
     if components != 1 {
         let value = u32::from(components);
@@ -245,19 +174,4 @@ fn read_scan(content: &[u8]) -> Result<u8, JpegLsError> {
         }
     }
     Ok(near)
-}
-
-/// Start-of-frame markers of the other processes (T.81, table B.1; T.870; T.800).
-fn other_process(marker: u8) -> Option<&'static str> {
-    Some(match marker {
-        0xC0 => "baseline JPEG",
-        0xC1 => "extended JPEG",
-        0xC2 => "progressive JPEG",
-        0xC3 => "lossless JPEG",
-        0xC5..=0xC7 => "hierarchical JPEG",
-        0xC9..=0xCB | 0xCD..=0xCF => "arithmetic-coded JPEG",
-        0xF9 => "JPEG-LS extended",
-        0x4F | 0x51 => "JPEG 2000",
-        _ => return None,
-    })
 }

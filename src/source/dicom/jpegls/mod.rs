@@ -14,6 +14,7 @@ mod scan;
 
 pub use error::JpegLsError;
 
+use super::segments::restart;
 use bits::{Bits, Fault};
 use header::Header;
 use scan::Scan;
@@ -75,26 +76,14 @@ fn decode_rows(
             return Err(JpegLsError::LeftOver { row, rows, offset: bits.pos() });
         }
         if row < rows && row % lines == 0 {
-            let begin = restart(data, bits.pos(), row, restarts)?;
+            let begin = restart(data, bits.pos(), restarts)
+                .map_err(|(found, expected)| JpegLsError::Restart { row, found, expected })?;
             bits = Bits::new(data, begin);
             scan.restart();
             restarts = (restarts + 1) % 8;
         }
     }
     Ok(bits.pos())
-}
-
-/// Checks the restart marker at `pos`, the one numbered `number`, and gives where the data go on.
-fn restart(data: &[u8], pos: usize, row: usize, number: u16) -> Result<usize, JpegLsError> {
-    let rest = data.get(pos..).unwrap_or_default();
-    let fill = rest.iter().take_while(|&&b| b == 0xFF).count();
-    let found = rest.get(fill).filter(|_| fill > 0).map_or(0, |&b| 0xFF00 | u16::from(b));
-    let expected = 0xFFD0 | number;
-    if found == expected {
-        Ok(pos + fill + 1)
-    } else {
-        Err(JpegLsError::Restart { row, found, expected })
-    }
 }
 
 /// The fault with its place.

@@ -1,0 +1,68 @@
+//! Compressed frames with the samples they hold, as the `make.py` of a folder in `testdata` writes
+//! them: NAME with the codestream, NAME.raw with the samples, and index.txt.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::Path;
+
+use super::random::Random;
+
+#[derive(Clone)]
+pub(crate) struct Frame {
+    pub(crate) name: String,
+    pub(crate) rows: usize,
+    pub(crate) cols: usize,
+    pub(crate) bits: u8,
+    pub(crate) stream: Vec<u8>,
+    pub(crate) samples: Vec<u16>,
+}
+
+/// The frames of a folder, whose codestreams have the extension given.
+pub(crate) fn frames(folder: &Path, extension: &str) -> Vec<Frame> {
+    let index = fs::read_to_string(folder.join("index.txt")).unwrap();
+    let frame = |line: &str| {
+        let fields: Vec<&str> = line.split(' ').collect();
+        let number = |at: usize| fields[at].parse().unwrap();
+        let raw = fs::read(folder.join(format!("{}.raw", fields[0]))).unwrap();
+        Frame {
+            name: fields[0].to_owned(),
+            rows: number(1),
+            cols: number(2),
+            bits: number(3) as u8,
+            stream: fs::read(folder.join(format!("{}.{extension}", fields[0]))).unwrap(),
+            samples: raw.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect(),
+        }
+    };
+    index.lines().map(frame).collect()
+}
+
+impl Frame {
+    /// Where the coded data begin: after the segment of the SOS marker.
+    pub(crate) fn data_begin(&self) -> usize {
+        self.stream.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap() + 10
+    }
+
+    /// The codestream with the byte that is `at` bytes after its first `marker` changed.
+    pub(crate) fn changed(&self, marker: u8, at: usize, value: u8) -> Vec<u8> {
+        let mut stream = self.stream.clone();
+        let begin = stream.windows(2).position(|w| w == [0xFF, marker]).unwrap();
+        stream[begin + at] = value;
+        stream
+    }
+
+    /// The codestream with a few bytes changed.
+    pub(crate) fn damaged(&self, random: &mut Random) -> Vec<u8> {
+        let mut stream = self.stream.clone();
+        for _ in 0..=random.below(4) {
+            let at = random.below(stream.len() as u64) as usize;
+            match random.below(4) {
+                0 => stream[at] ^= 1 << random.below(8),
+                1 => stream[at] = random.below(256) as u8,
+                2 => stream[at] = if random.below(2) == 0 { 0xFF } else { 0 },
+                _ => _ = stream.splice(at..at, [random.below(256) as u8]),
+            }
+        }
+        stream
+    }
+}
