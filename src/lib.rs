@@ -6,7 +6,7 @@
 //! `error`, `limits`, `cancel` ← `geom` ← `volume`, `mesh` ← `source`, `kernel`, `sink`, `reader` ←
 //! `pipeline`, `phantom` ← `cli`.
 //!
-//! A volume in memory: [`mesh`], or [`mesh_placed`] where it has an affine. A file, a folder, a formula
+//! A volume in memory: [`mesh()`], or [`mesh_placed`] where it has an affine. A file, a folder, a formula
 //! or anything else that gives planes: [`source::open`] and [`pipeline::extract`], which hold a few
 //! planes at a time.
 
