@@ -135,9 +135,9 @@ impl Failure for RunError {
                     .to_owned(),
             ),
             Self::TooMany { .. } => Some("--crop makes the mesh smaller".to_owned()),
-            Self::NoLabel => {
-                Some("--mask goes by stored values; mcubes info FILE shows their range".to_owned())
-            }
+            Self::NoLabel => Some(
+                "--mask goes by values as they are stored, before slope and intercept".to_owned(),
+            ),
             Self::NoIso => {
                 Some("--iso 300 for bone in CT; mcubes info FILE suggests some".to_owned())
             }

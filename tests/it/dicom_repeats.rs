@@ -219,3 +219,78 @@ fn what_was_measured_is_the_default_before_what_was_made_of_it() {
         assert!(meshed.contains(types[wanted]), "{choice}");
     }
 }
+
+/// Slices of one volume at one position each: what they are set to is no reason to take them apart.
+#[test]
+fn stations_packages_and_last_digits_take_no_volume_apart() {
+    type Value = fn(usize) -> &'static str;
+    let cases: [(&str, Tag, Value); 5] = [
+        ("stations", ECHO_TIME, |k| if (8..16).contains(&k) { "12" } else { "5" }),
+        ("stations in turn", TEMPORAL_POSITION, |k| ["1", "2"][k / 6 % 2]),
+        ("the seam", TEMPORAL_POSITION, |k| ["1", "2"][usize::from(k > 11 || k == 10)]),
+        ("last digits", ECHO_TIME, |k| ["10", "10.01"][k % 2]),
+        ("packages of two", ECHO_TIME, |k| {
+            ["30", "31", "32", "33", "34", "35", "36", "37", "38", "39", "40", "41"][k % 12]
+        }),
+    ];
+    for (what, tag, value) in cases {
+        let folder = TempDir::new().unwrap();
+        Series::axial(24).write_as(&folder.path().join("0"), EXPLICIT, |k, data| {
+            set(data, tag, *b"DS", value(k));
+        });
+        let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+        let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
+        assert_eq!(volume.meta.grid.dims.nz(), 24, "{what}");
+        assert_eq!(notes(&study, study.default().unwrap()), "", "{what}");
+    }
+}
+
+#[test]
+fn a_slice_that_is_written_otherwise_breaks_no_whole_repeat_off() {
+    for (tag, odd) in [(ECHO_TIME, "20.01"), (TEMPORAL_POSITION, "4"), (ACQUISITION_NUMBER, "7")] {
+        let (_folder, study) = parts(&[8, 8], |part, k, data| {
+            let value = ["1", "2"][part];
+            set(data, tag, *b"DS", if (part, k) == (1, 3) { odd } else { value });
+        });
+        let first = study.default().unwrap();
+        for index in [first, first + 1] {
+            let volume = study.open(index, &OpenOptions::default()).unwrap();
+            assert_eq!(volume.meta.grid.dims.nz(), 8, "{tag:?}");
+            assert!(!notes(&study, index).contains("broken off"), "{tag:?}");
+        }
+    }
+}
+
+#[test]
+fn tables_that_go_to_and_fro_may_share_a_slice() {
+    let (_folder, study) = parts(&[8, 8, 8, 8], |part, k, data| {
+        set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+        place(data, 2.0 * (k + 7 * (part % 2)) as f64);
+    });
+    for index in 0..4 {
+        let volume = study.open(index, &OpenOptions::default()).unwrap();
+        assert_eq!(volume.meta.grid.dims.nz(), 8);
+    }
+}
+
+#[test]
+fn a_slice_of_another_study_is_named_where_it_is_left_out() {
+    let folder = TempDir::new().unwrap();
+    Series::axial(8).write_as(&folder.path().join("0"), EXPLICIT, |k, data| {
+        set(data, (0x0020, 0x000D), *b"UI", if k == 7 { "1.2.3.5" } else { "1.2.3.4" });
+    });
+    let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
+    let said = notes(&study, study.default().unwrap());
+    assert!(said.contains("left out: 1 image of the same series"), "{said}");
+    assert!(said.contains("another StudyInstanceUID"), "{said}");
+}
+
+#[test]
+fn echoes_of_a_slice_may_share_the_study_that_each_slice_has_of_its_own() {
+    let (_folder, study) = parts(&[8, 8], |part, k, data| {
+        set(data, (0x0020, 0x000D), *b"UI", format!("1.2.3.{}", k + 1));
+        set(data, ECHO_TIME, *b"DS", 5 * (part + 1));
+    });
+    let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
+    assert_eq!(volume.meta.grid.dims.nz(), 8);
+}

@@ -149,15 +149,35 @@ fn jpeg_size(bytes: &[u8]) -> Option<Size> {
     }
 }
 
-/// The size marker of a JPEG 2000 codestream (ITU-T T.800, A.5.1), bare or in a JP2 file.
-fn jpeg_2000_size(bytes: &[u8]) -> Option<Size> {
-    const START: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
-    let start = if bytes.starts_with(&START) {
-        0
-    } else {
-        bytes.get(..4096.min(bytes.len()))?.windows(4).position(|w| w == START)?
+/// Whether a JPEG 2000 image was transformed without loss, as the lossy transfer syntax allows; false
+/// of JPEG (ITU-T T.800, A.6.1: the last byte of the coding style).
+pub(super) fn is_reversible(bytes: &[u8]) -> bool {
+    let transform = || {
+        let mut at = jpeg_2000_start(bytes)? + 2;
+        loop {
+            match number(bytes, at, 2)? {
+                0xFF52 => return number(bytes, at + 13, 1),
+                // The first tile begins: there was none.
+                0xFF90 => return None,
+                _ => at = at.checked_add(2)?.checked_add(number(bytes, at + 2, 2)? as usize)?,
+            }
+        }
     };
-    let at = start + 4;
+    transform() == Some(1)
+}
+
+/// Where the codestream of a JPEG 2000 image begins, bare or in a JP2 file.
+fn jpeg_2000_start(bytes: &[u8]) -> Option<usize> {
+    const START: [u8; 4] = [0xFF, 0x4F, 0xFF, 0x51];
+    if bytes.starts_with(&START) {
+        return Some(0);
+    }
+    bytes.get(..4096.min(bytes.len()))?.windows(4).position(|w| w == START)
+}
+
+/// The size marker of a JPEG 2000 codestream (ITU-T T.800, A.5.1).
+fn jpeg_2000_size(bytes: &[u8]) -> Option<Size> {
+    let at = jpeg_2000_start(bytes)? + 4;
     let long = |offset: usize| number(bytes, at + offset, 4);
     let (width, height, left, top) = (long(4)?, long(8)?, long(12)?, long(16)?);
     Some(Size {

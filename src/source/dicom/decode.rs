@@ -85,9 +85,10 @@ pub(super) fn decode(
             Ok(Image { lossy: false, ..image(Some(sign_bits(decoded.bits, layout))) })
         }
         Codec::Jpeg | Codec::Jpeg2000 => {
+            let lossy = lossy && !codec::is_reversible(stored);
             let (bytes, precision) = codec::decode(codec, layout, stored).map_err(fail)?;
             *stored = bytes;
-            Ok(image(Some(precision)))
+            Ok(Image { lossy, ..image(Some(precision)) })
         }
     }
 }

@@ -125,6 +125,9 @@ pub(super) const SPLITTERS: [&str; 14] = [
 /// So many of the first splitters are set by the scanner for whole volumes.
 pub(super) const N_SETTINGS: usize = 3;
 
+/// The splitter that numbers echoes.
+pub(super) const ECHO_NUMBER: usize = 1;
+
 /// The splitter whose values are not all as good as each other.
 pub(super) const IMAGE_TYPE: usize = 4;
 

@@ -15,15 +15,26 @@ pub(super) fn join(instances: &mut [Instance]) {
 }
 
 fn join_studies(instances: &mut [Instance]) {
-    let mut studies: HashMap<&str, Lone<'_>> = HashMap::new();
-    for instance in instances.iter().filter(|i| !i.series_uid.is_empty()) {
-        let Some(study) = &instance.study_uid else { continue };
-        let lone = studies.entry(&instance.series_uid).or_default();
-        lone.add((instance.n_frames == 1).then_some(study));
+    // The series, and where the images of each of its studies lie.
+    type Places = HashSet<[u64; 3]>;
+    let mut series: HashMap<&str, HashMap<Option<&str>, Places>> = HashMap::new();
+    for (at, instance) in instances.iter().enumerate().filter(|(_, i)| !i.series_uid.is_empty()) {
+        let study = series.entry(&instance.series_uid).or_default();
+        let places = study.entry(instance.study_uid.as_deref()).or_default();
+        for (frame, n) in instance.frames.iter().zip(0_u64..) {
+            // What has no position is nowhere else.
+            let nowhere = [at as u64, n, u64::MAX];
+            places.insert(frame.position.map_or(nowhere, |p| p.map(f64::to_bits)));
+        }
     }
-    let joined: HashSet<String> = studies
+    // Echoes, repeats and copies of a slice may share its study.
+    let is_joined = |studies: &HashMap<Option<&str>, Places>| {
+        studies.keys().flatten().count() >= LEAST_STUDIES
+            && studies.values().all(|places| places.len() == 1)
+    };
+    let joined: HashSet<String> = series
         .into_iter()
-        .filter(|(_, lone)| lone.is_each_its_own(LEAST_STUDIES))
+        .filter(|(_, studies)| is_joined(studies))
         .map(|(series, _)| series.to_owned())
         .collect();
     for instance in instances.iter_mut().filter(|i| joined.contains(&i.series_uid)) {
@@ -40,11 +51,8 @@ fn join_stacks(instances: &mut [Instance]) {
         let lone = stacks.entry(key((at, instance))).or_default();
         instance.frames.iter().for_each(|frame| lone.add(stack(frame)));
     }
-    let joined: HashSet<_> = stacks
-        .into_iter()
-        .filter(|(_, lone)| lone.is_each_its_own(2))
-        .map(|(key, _)| key)
-        .collect();
+    let joined: HashSet<_> =
+        stacks.into_iter().filter(|(_, lone)| lone.is_each_its_own()).map(|(key, _)| key).collect();
     for (at, instance) in instances.iter_mut().enumerate() {
         if joined.contains(&key((at, instance))) {
             instance.frames.iter_mut().for_each(|frame| frame.apart.clear());
@@ -71,8 +79,8 @@ impl<'a> Lone<'a> {
         self.values.extend(value.map(AsRef::as_ref));
     }
 
-    /// Whether there are so many images and each has a value that no other one has.
-    fn is_each_its_own(&self, least: usize) -> bool {
-        self.n >= least && self.values.len() == self.n
+    /// Whether there are several images and each has a value that no other one has.
+    fn is_each_its_own(&self) -> bool {
+        self.n > 1 && self.values.len() == self.n
     }
 }

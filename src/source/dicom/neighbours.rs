@@ -12,6 +12,7 @@ struct Neighbour {
     apart: Option<String>,
     n_images: usize,
     broken_off: bool,
+    is_alone: bool,
 }
 
 /// Says of each volume which images under its UID are not part of it, and why: what sets volumes
@@ -23,6 +24,7 @@ pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
             apart: v.apart.clone(),
             n_images: v.series.n_images,
             broken_off: v.broken_off,
+            is_alone: is_alone(v),
         })
         .collect();
     let firsts: Vec<Option<(&Instance, &Frame)>> =
@@ -30,13 +32,14 @@ pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
     for (index, volume) in volumes.iter_mut().enumerate() {
         let Some(own) = firsts.get(index).copied().flatten() else { continue };
         // An image alone may belong to the series of this name in another study.
-        let is_alone = matches!(volume.problem, Some(DicomError::TooFew { .. }))
-            && !own.0.series_uid.is_empty();
+        let (is_alone, is_named) = (is_alone(volume), !own.0.series_uid.is_empty());
         let (mut left_out, mut first, mut reasons) = (0, None, Vec::new());
         for (other, (neighbour, frame)) in all.iter().zip(&firsts).enumerate() {
             let of = neighbour.apart == volume.apart || neighbour.broken_off && !volume.broken_off;
             let same = |f: &(&Instance, &Frame)| {
-                let same_uid = is_alone && own.0.series_uid == f.0.series_uid;
+                let same_uid = is_named
+                    && (is_alone || neighbour.is_alone)
+                    && own.0.series_uid == f.0.series_uid;
                 of && other != index && (same_uid || series::same_series(own.0, f.0))
             };
             let Some(frame) = frame.filter(same) else { continue };
@@ -65,6 +68,11 @@ pub(super) fn note(volumes: &mut [Candidate], instances: &[Instance]) {
             meta.notes.push(Note::Other(format!("left out: {line}")));
         }
     }
+}
+
+/// Whether there is but one image, which is no volume.
+fn is_alone(volume: &Candidate) -> bool {
+    matches!(volume.problem, Some(DicomError::TooFew { .. }))
 }
 
 /// What keeps an image out of a volume that begins with another one.

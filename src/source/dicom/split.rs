@@ -34,20 +34,20 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
         let all = attributes(&group, instances, one_each);
         let told: Vec<&Labels> =
             all.iter().filter(|labels| !one_each && labels.tell_apart(&runs)).collect();
-        let by_value =
-            |broken_off| told.iter().find_map(|labels| by_value(&group, &runs, labels, broken_off));
-        let parts = by_value(false).or_else(|| by_value(true));
+        let by_value = |of| told.iter().find_map(|labels| by_value(&group, &runs, labels, of));
+        let parts = by_value(Parts::Whole);
         if let Some(parts) = parts.or_else(|| shifted::sets(&group, instances, &all)) {
             open.extend(parts.into_iter().rev());
             continue;
         }
-        if one_each {
-            done.push(group);
+        // A value that is written otherwise in one slice is not what tells whole repeats apart.
+        let parts = told.iter().find_map(|labels| by_rank(&group, &runs, labels));
+        if let Some(parts) = parts.or_else(|| repeats(&group, &runs, instances)) {
+            done.extend(parts);
             continue;
         }
-        let parts = told.iter().find_map(|labels| by_rank(&group, &runs, labels));
-        match parts.or_else(|| repeats(&group, &runs, instances)) {
-            Some(parts) => done.extend(parts),
+        match by_value(Parts::BrokenOff).or_else(|| by_value(Parts::Stacks)) {
+            Some(parts) => open.extend(parts.into_iter().rev()),
             None => done.push(group),
         }
     }
@@ -57,6 +57,8 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
 /// One attribute's value in each frame of a group.
 pub(super) struct Labels {
     name: String,
+    /// Set by the scanner for whole volumes.
+    is_setting: bool,
     is_clock: bool,
     is_image_type: bool,
     of: Vec<String>,
@@ -69,6 +71,11 @@ impl Labels {
             let own = self.of.get(run.clone()).unwrap_or_default();
             own.iter().any(|label| Some(label) != own.first())
         })
+    }
+
+    /// Whether each frame has a value.
+    pub(super) fn is_given(&self) -> bool {
+        self.of.iter().all(|label| !label.is_empty())
     }
 
     /// The values there are, in order.
@@ -103,7 +110,7 @@ fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Ve
         let plain = |label: String| if is_setting { as_number(label) } else { label };
         let of = group.frames.iter().map(|r| own(r).map(plain).unwrap_or_default()).collect();
         let (is_clock, is_image_type) = (slot == Some(CLOCK), slot == Some(IMAGE_TYPE));
-        Labels { name, is_clock, is_image_type, of }
+        Labels { name, is_setting, is_clock, is_image_type, of }
     };
     let mut all = Vec::new();
     let n_splitters = if settings_alone { N_SETTINGS } else { SPLITTERS.len() };
@@ -133,13 +140,24 @@ fn as_number(label: String) -> String {
 /// Dimensions looked at: files have two to five.
 const MOST_DIMENSIONS: usize = 16;
 
-/// One part for each value, if each is a volume; or, where that is asked for, all but the last: a
-/// repeat that was broken off.
+/// What the values of an attribute may come to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Parts {
+    /// A volume each.
+    Whole,
+    /// A volume each but for the last, a repeat that was broken off.
+    BrokenOff,
+    /// Stacks that share a few positions, as a table that goes to and fro makes them. Numbers of
+    /// acquisitions count blocks of slices as well.
+    Stacks,
+}
+
+/// One part for each value, if they come to that.
 fn by_value(
     group: &Group,
     runs: &[Range<usize>],
     labels: &Labels,
-    broken_off: bool,
+    of: Parts,
 ) -> Option<Vec<Group>> {
     let values = labels.values();
     let mut covered = vec![0_usize; values.len()];
@@ -153,9 +171,12 @@ fn by_value(
             *covered.get_mut(at)? += 1;
         }
     }
-    if !broken_off {
-        let whole = all_whole(&covered, runs, labels.is_clock);
-        return whole.then(|| divide(group, labels, &values)).flatten();
+    if of != Parts::BrokenOff {
+        let are_whole = match of {
+            Parts::Stacks => labels.is_setting && are_stacks(&covered),
+            _ => all_whole(&covered, runs, labels.is_clock),
+        };
+        return are_whole.then(|| divide(group, labels, &values)).flatten();
     }
     // Words and times of day do not say which repeat was the last.
     let counts = !labels.is_clock && values.iter().all(|value| value.parse::<f64>().is_ok());
@@ -201,7 +222,12 @@ fn all_whole(covered: &[usize], runs: &[Range<usize>], is_clock: bool) -> bool {
     if is_complete || is_clock {
         return covered.iter().all(|&n| n as f64 >= share);
     }
-    // Stacks that overlap, or a repeat that was broken off.
+    are_stacks(covered)
+}
+
+/// Whether parts that cover so many positions are of about the same length: stacks that overlap, or a
+/// repeat that was broken off late.
+fn are_stacks(covered: &[usize]) -> bool {
     let total: usize = covered.iter().sum();
     covered.iter().all(|&n| n > 1 && n.saturating_mul(covered.len() * 2) >= total)
 }
