@@ -312,11 +312,6 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
     if !folder.is_dir() {
         return Err(no_folder(folder, folder));
     }
-    for input in &args.inputs {
-        if is_same_file(input, path) {
-            return Err(Usage::new(format!("{shown}: the output is the input")));
-        }
-    }
     if args.output.json && is_stdout(path) {
         return Err(both_on_stdout(path, "mesh"));
     }

@@ -1,13 +1,13 @@
 //! Ctrl-C and SIGTERM: the run stops between slabs, its temporary files go, exit status 130. A
 //! command that writes no file ends where it is.
 
+use std::thread;
+use std::time::Duration;
+
 #[cfg(unix)]
 use signal_hook::consts::{SIGHUP, SIGXFSZ};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
-
-use std::thread;
-use std::time::Duration;
 
 use crate::cancel::Cancel;
 

@@ -33,10 +33,6 @@ fn mixed(n_parts: usize, edit: impl Fn(usize, usize, &mut Elements)) -> (TempDir
     (folder, study)
 }
 
-fn set(data: &mut Elements, tag: Tag, vr: [u8; 2], value: impl ToString) {
-    data.set(tag, vr, value.to_string().as_bytes());
-}
-
 /// Images counted position by position, at every second one backwards: A B, B A, A B, ...
 fn snake(n_parts: usize, part: usize, k: usize) -> usize {
     k * n_parts + if k.is_multiple_of(2) { part } else { n_parts - 1 - part } + 1
@@ -68,8 +64,8 @@ fn numbers_that_count_slices_or_blocks_of_them_break_no_repeat_up() {
     ];
     for (what, tag, vr, n_parts, number) in cases {
         let (_folder, study) = mixed(n_parts, |part, k, data| {
-            set(data, tag, vr, number(part, k));
-            set(data, INSTANCE_NUMBER, *b"IS", k * n_parts + part + 1);
+            data.set_text(tag, vr, number(part, k));
+            data.set_text(INSTANCE_NUMBER, *b"IS", k * n_parts + part + 1);
         });
         assert_whole(&study, n_parts, what);
     }
@@ -78,7 +74,7 @@ fn numbers_that_count_slices_or_blocks_of_them_break_no_repeat_up() {
 #[test]
 fn blocks_of_slices_stay_together_where_a_slice_is_missing() {
     let (folder, _) = mixed(2, |part, k, data| {
-        set(data, ACQUISITION_NUMBER, *b"IS", part * 3 + k / 10 + 1);
+        data.set_text(ACQUISITION_NUMBER, *b"IS", part * 3 + k / 10 + 1);
     });
     let lost = std::fs::read_dir(folder.path().join("1")).unwrap().next().unwrap().unwrap();
     std::fs::remove_file(lost.path()).unwrap();
@@ -98,10 +94,10 @@ fn what_the_scanner_was_set_to_separates_images_whose_order_does_not() {
     ];
     for (tag, vr, values) in cases {
         let (_folder, study) = mixed(2, |part, k, data| {
-            set(data, tag, vr, values[part]);
-            set(data, INSTANCE_NUMBER, *b"IS", snake(2, part, k));
+            data.set_text(tag, vr, values[part]);
+            data.set_text(INSTANCE_NUMBER, *b"IS", snake(2, part, k));
             // An order by time is believed only where nothing else tells the images apart.
-            set(data, (0x0008, 0x0032), *b"TM", 120_000 + snake(2, part, k));
+            data.set_text((0x0008, 0x0032), *b"TM", 120_000 + snake(2, part, k));
         });
         assert_whole(&study, 2, &format!("{tag:?}"));
     }
@@ -110,8 +106,8 @@ fn what_the_scanner_was_set_to_separates_images_whose_order_does_not() {
 #[test]
 fn a_time_of_day_separates_repeats_and_is_not_told() {
     let (_folder, study) = mixed(2, |part, k, data| {
-        set(data, (0x0008, 0x0032), *b"TM", format!("12{part:02}{k:02}.5"));
-        set(data, INSTANCE_NUMBER, *b"IS", snake(2, part, k));
+        data.set_text((0x0008, 0x0032), *b"TM", format!("12{part:02}{k:02}.5"));
+        data.set_text(INSTANCE_NUMBER, *b"IS", snake(2, part, k));
     });
     assert_whole(&study, 2, "time");
     let apart: Vec<_> = study.volumes.iter().filter_map(|v| v.apart.as_deref()).collect();
@@ -130,9 +126,9 @@ fn without_a_series_uid_the_study_the_number_and_the_description_name_the_series
             let (_folder, study) = mixed(2, |part, _, data| {
                 data.remove(SERIES);
                 if let Some(value) = value {
-                    set(data, SERIES, *b"UI", value);
+                    data.set_text(SERIES, *b"UI", value);
                 }
-                set(data, tag, vr, values[part]);
+                data.set_text(tag, vr, values[part]);
             });
             assert_whole(&study, 2, &format!("{tag:?} {value:?}"));
         }
@@ -143,14 +139,14 @@ fn without_a_series_uid_the_study_the_number_and_the_description_name_the_series
 fn one_series_uid_in_two_studies_is_two_series() {
     // Beside each other, so that no position tells them apart.
     let (_folder, study) = mixed(2, |part, k, data| {
-        set(data, STUDY, *b"UI", ["1.2.3", "1.2.4"][part]);
-        set(data, POSITION, *b"DS", format!("0\\0\\{}", k as f64 + part as f64 * 50.0));
+        data.set_text(STUDY, *b"UI", ["1.2.3", "1.2.4"][part]);
+        data.set_text(POSITION, *b"DS", format!("0\\0\\{}", k as f64 + part as f64 * 50.0));
     });
     assert_whole(&study, 2, "studies");
     // A study that some files have lost is no other one.
     let (_folder, study) = mixed(1, |_, k, data| {
         if k % 3 > 0 {
-            set(data, STUDY, *b"UI", "1.2.3");
+            data.set_text(STUDY, *b"UI", "1.2.3");
         }
     });
     assert_whole(&study, 1, "lost");
@@ -160,8 +156,8 @@ fn one_series_uid_in_two_studies_is_two_series() {
 fn images_that_nearly_lie_at_one_position_are_at_one_position() {
     let (_folder, study) = mixed(2, |part, k, data| {
         let z = k as f64 * 1.8 + part as f64 * 0.002;
-        set(data, POSITION, *b"DS", format!("0\\0\\{z:.4}"));
-        set(data, INSTANCE_NUMBER, *b"IS", 7);
+        data.set_text(POSITION, *b"DS", format!("0\\0\\{z:.4}"));
+        data.set_text(INSTANCE_NUMBER, *b"IS", 7);
     });
     let error = study.open(0, &OpenOptions::default()).err().unwrap();
     assert_eq!(error.kind(), Kind::ConflictingSlices, "{error}");
@@ -172,7 +168,7 @@ fn images_that_nearly_lie_at_one_position_are_at_one_position() {
 fn one_position_with_many_images_is_one_position() {
     let (_folder, study) = mixed(1, |_, k, data| {
         let z = if k < 12 { k } else { k.max(15) - 3 };
-        set(data, POSITION, *b"DS", format!("0\\0\\{z}"));
+        data.set_text(POSITION, *b"DS", format!("0\\0\\{z}"));
     });
     let error = study.open(0, &OpenOptions::default()).err().unwrap().to_string();
     assert!(error.contains("1 position holds more than one image"), "{error}");
@@ -201,7 +197,7 @@ fn one_image_is_no_volume_unless_it_gives_a_spacing_between_slices() {
 #[test]
 fn images_that_each_stand_alone_say_what_keeps_them_from_each_other() {
     let (_folder, study) =
-        mixed(1, |_, k, data| set(data, FRAME_OF_REFERENCE, *b"UI", format!("1.2.{k}")));
+        mixed(1, |_, k, data| data.set_text(FRAME_OF_REFERENCE, *b"UI", format!("1.2.{k}")));
     let error = study.open(0, &OpenOptions::default()).err().unwrap();
     let line = error.to_string();
     assert!(line.contains("29 images of the same series"), "{line}");
@@ -213,7 +209,7 @@ fn images_that_each_stand_alone_say_what_keeps_them_from_each_other() {
 fn slices_beside_their_line_are_not_called_unevenly_spaced() {
     let (_folder, study) = mixed(1, |_, k, data| {
         let x = if k == 12 { 5.0 } else { 0.0 };
-        set(data, POSITION, *b"DS", format!("{x}\\0\\{}", k as f64 * 1.8));
+        data.set_text(POSITION, *b"DS", format!("{x}\\0\\{}", k as f64 * 1.8));
     });
     let notes = study.volumes[0].meta.as_ref().unwrap().notes.iter().map(ToString::to_string);
     let said: Vec<String> = notes.collect();

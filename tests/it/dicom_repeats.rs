@@ -30,12 +30,8 @@ fn parts(lengths: &[usize], edit: impl Fn(usize, usize, &mut Elements)) -> (Temp
     (folder, study)
 }
 
-fn set(data: &mut Elements, tag: Tag, vr: [u8; 2], value: impl ToString) {
-    data.set(tag, vr, value.to_string().as_bytes());
-}
-
 fn place(data: &mut Elements, z: f64) {
-    set(data, POSITION, *b"DS", format!("0\\0\\{z:.3}"));
+    data.set_text(POSITION, *b"DS", format!("0\\0\\{z:.3}"));
 }
 
 /// The parts that a volume's slices are of, each once.
@@ -59,7 +55,7 @@ fn time_points_and_echoes_at_shifted_positions_are_never_interleaved() {
         // Half a step makes an even grid of thinner slices; 0.05 mm looks like missing slices.
         for shift in [1.0, 0.7, 0.05, 3.0] {
             let (_folder, study) = parts(&[8, 8], |part, k, data| {
-                set(data, tag, vr, part + 1);
+                data.set_text(tag, vr, part + 1);
                 place(data, 2.0 * k as f64 + shift * part as f64);
             });
             let what = format!("{tag:?} {shift}");
@@ -76,7 +72,7 @@ fn time_points_and_echoes_at_shifted_positions_are_never_interleaved() {
 #[test]
 fn a_slice_missing_in_one_of_two_shifted_time_points_mixes_them_no_more() {
     let (_folder, study) = parts(&[8, 7], |part, k, data| {
-        set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+        data.set_text(TEMPORAL_POSITION, *b"IS", part + 1);
         let k = if part == 1 && k > 3 { k + 1 } else { k };
         place(data, 2.0 * k as f64 + 0.7 * part as f64);
     });
@@ -92,7 +88,7 @@ fn a_shifted_repeat_that_was_broken_off_is_left_out_and_named() {
         let mut lengths = vec![8; whole];
         lengths.push(rest);
         let (_folder, study) = parts(&lengths, |part, k, data| {
-            set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+            data.set_text(TEMPORAL_POSITION, *b"IS", part + 1);
             place(data, 2.0 * k as f64 + 0.3 * part as f64);
         });
         let what = format!("{whole} and {rest} slices");
@@ -110,7 +106,7 @@ fn a_shifted_repeat_that_was_broken_off_is_left_out_and_named() {
 fn a_slice_whose_echo_time_is_written_otherwise_stays_in_its_volume() {
     for odd in [0, 3, 7] {
         let (_folder, study) = parts(&[8], |_, k, data| {
-            set(data, ECHO_TIME, *b"DS", if k == odd { "10.01" } else { "10" });
+            data.set_text(ECHO_TIME, *b"DS", if k == odd { "10.01" } else { "10" });
         });
         assert_eq!(study.volumes.len(), 1);
         assert_eq!(study.open(0, &OpenOptions::default()).unwrap().meta.grid.dims.nz(), 8);
@@ -122,7 +118,7 @@ fn an_echo_time_is_the_same_however_it_is_written() {
     for shift in [0.0, 0.7] {
         let (_folder, study) = parts(&[8, 8], |part, k, data| {
             let time = if k % 2 == 0 { ["10", "20"] } else { ["10.0", "2.00e1"] };
-            set(data, ECHO_TIME, *b"DS", time[part]);
+            data.set_text(ECHO_TIME, *b"DS", time[part]);
             place(data, 2.0 * k as f64 + shift * part as f64);
         });
         let apart: Vec<_> = study.volumes.iter().filter_map(|v| v.apart.as_deref()).collect();
@@ -145,7 +141,7 @@ fn interleaved_packages_and_blocks_of_slices_are_one_volume() {
     ];
     for (tag, vr, z) in cases {
         let (_folder, study) = parts(&[8, 8], |part, k, data| {
-            set(data, tag, vr, 100_000 + part);
+            data.set_text(tag, vr, 100_000 + part);
             place(data, z(part, k));
         });
         assert_eq!(study.volumes.len(), 1, "{tag:?}");
@@ -163,7 +159,8 @@ fn the_whole_repeats_of_a_series_broken_off_are_volumes_and_the_rest_is_named() 
             (ECHO_TIME, *b"DS", "echo time"),
             (ACQUISITION_NUMBER, *b"IS", "acquisition number"),
         ] {
-            let (_folder, study) = parts(&lengths, |part, _, data| set(data, tag, vr, part + 1));
+            let (_folder, study) =
+                parts(&lengths, |part, _, data| data.set_text(tag, vr, part + 1));
             let what = format!("{name}, {whole} and {rest} slices");
             assert_eq!(study.default().unwrap(), 0, "{what}");
             assert_eq!(study.all(), (0..whole).collect::<Vec<_>>(), "{what}");
@@ -184,7 +181,7 @@ fn the_whole_repeats_of_a_series_broken_off_are_volumes_and_the_rest_is_named() 
 fn slices_that_no_whole_repeat_has_are_not_left_out_as_one_that_was_broken_off() {
     // The last two of eight slices lie beyond the seven that the first part has.
     let (_folder, study) = parts(&[7, 2], |part, k, data| {
-        set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+        data.set_text(TEMPORAL_POSITION, *b"IS", part + 1);
         place(data, if part == 0 { k as f64 } else { 6.0 + k as f64 });
     });
     let error = study.open(0, &OpenOptions::default()).err().unwrap();
@@ -209,7 +206,7 @@ fn what_was_measured_is_the_default_before_what_was_made_of_it() {
     ];
     for (types, wanted) in cases {
         let (_folder, study) = parts(&vec![8; types.len()], |part, _, data| {
-            set(data, IMAGE_TYPE, *b"CS", types[part]);
+            data.set_text(IMAGE_TYPE, *b"CS", types[part]);
         });
         assert_eq!(study.volumes.len(), types.len(), "{types:?}");
         let index = study.default().unwrap();
@@ -236,7 +233,7 @@ fn stations_packages_and_last_digits_take_no_volume_apart() {
     for (what, tag, value) in cases {
         let folder = TempDir::new().unwrap();
         Series::axial(24).write_as(&folder.path().join("0"), EXPLICIT, |k, data| {
-            set(data, tag, *b"DS", value(k));
+            data.set_text(tag, *b"DS", value(k));
         });
         let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
         let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
@@ -250,7 +247,7 @@ fn a_slice_that_is_written_otherwise_breaks_no_whole_repeat_off() {
     for (tag, odd) in [(ECHO_TIME, "20.01"), (TEMPORAL_POSITION, "4"), (ACQUISITION_NUMBER, "7")] {
         let (_folder, study) = parts(&[8, 8], |part, k, data| {
             let value = ["1", "2"][part];
-            set(data, tag, *b"DS", if (part, k) == (1, 3) { odd } else { value });
+            data.set_text(tag, *b"DS", if (part, k) == (1, 3) { odd } else { value });
         });
         let first = study.default().unwrap();
         for index in [first, first + 1] {
@@ -264,7 +261,7 @@ fn a_slice_that_is_written_otherwise_breaks_no_whole_repeat_off() {
 #[test]
 fn tables_that_go_to_and_fro_may_share_a_slice() {
     let (_folder, study) = parts(&[8, 8, 8, 8], |part, k, data| {
-        set(data, TEMPORAL_POSITION, *b"IS", part + 1);
+        data.set_text(TEMPORAL_POSITION, *b"IS", part + 1);
         place(data, 2.0 * (k + 7 * (part % 2)) as f64);
     });
     for index in 0..4 {
@@ -277,7 +274,7 @@ fn tables_that_go_to_and_fro_may_share_a_slice() {
 fn a_slice_of_another_study_is_named_where_it_is_left_out() {
     let folder = TempDir::new().unwrap();
     Series::axial(8).write_as(&folder.path().join("0"), EXPLICIT, |k, data| {
-        set(data, (0x0020, 0x000D), *b"UI", if k == 7 { "1.2.3.5" } else { "1.2.3.4" });
+        data.set_text((0x0020, 0x000D), *b"UI", if k == 7 { "1.2.3.5" } else { "1.2.3.4" });
     });
     let study = dicom::scan(folder.path(), &ScanOptions::default()).unwrap();
     let said = notes(&study, study.default().unwrap());
@@ -288,8 +285,8 @@ fn a_slice_of_another_study_is_named_where_it_is_left_out() {
 #[test]
 fn echoes_of_a_slice_may_share_the_study_that_each_slice_has_of_its_own() {
     let (_folder, study) = parts(&[8, 8], |part, k, data| {
-        set(data, (0x0020, 0x000D), *b"UI", format!("1.2.3.{}", k + 1));
-        set(data, ECHO_TIME, *b"DS", 5 * (part + 1));
+        data.set_text((0x0020, 0x000D), *b"UI", format!("1.2.3.{}", k + 1));
+        data.set_text(ECHO_TIME, *b"DS", 5 * (part + 1));
     });
     let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
     assert_eq!(volume.meta.grid.dims.nz(), 8);

@@ -38,6 +38,15 @@ pub(crate) fn frames(folder: &Path, extension: &str) -> Vec<Frame> {
 }
 
 impl Frame {
+    /// Panics unless a decoder found the bits and the samples that the frame has.
+    pub(crate) fn assert_is(&self, bits: u8, samples: &[u16]) {
+        let Self { name, .. } = self;
+        assert_eq!(bits, self.bits, "{name}");
+        let differs = samples.iter().zip(&self.samples).position(|(a, b)| a != b);
+        assert_eq!(differs, None, "{name}: the first sample that differs");
+        assert_eq!(samples.len(), self.samples.len(), "{name}");
+    }
+
     /// Where the coded data begin: after the segment of the SOS marker.
     pub(crate) fn data_begin(&self) -> usize {
         self.stream.windows(2).position(|w| w == [0xFF, 0xDA]).unwrap() + 10

@@ -267,6 +267,11 @@ impl Elements {
         self.0 = implicit;
     }
 
+    /// Sets an element to what a value is as text.
+    pub(crate) fn set_text(&mut self, tag: (u16, u16), vr: [u8; 2], value: impl ToString) {
+        self.set(tag, vr, value.to_string().as_bytes());
+    }
+
     /// Encapsulates a compressed image as the pixels, which come last.
     pub(crate) fn set_image(&mut self, image: &[u8]) {
         self.set_fragments(&[], &[image.to_vec()]);

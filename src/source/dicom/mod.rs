@@ -5,6 +5,7 @@
 //! when they are asked for. Nothing that tells who the patient is is read into memory, save the one
 //! field that a caller asks for by [`Study::patient`] to name a file with.
 
+mod bits;
 mod blob;
 mod candidate;
 mod codec;

@@ -14,8 +14,9 @@ mod scan;
 
 pub use error::JpegLsError;
 
+use super::bits::Fault;
 use super::segments::restart;
-use bits::{Bits, Fault};
+use bits::Bits;
 use header::Header;
 use scan::Scan;
 

@@ -1,8 +1,9 @@
 //! The coded samples, line by line (T.87, annex A). Holds two lines and the contexts; never more.
 
-use super::bits::{Bits, Fault};
+use super::bits::Bits;
 use super::context::{Regular, RunEnd};
 use super::preset::Coding;
+use crate::source::dicom::bits::Fault;
 
 /// The order of a run's Golomb code, by how long runs have been (T.87, A.2.1).
 const J: [u8; 32] = [

@@ -13,8 +13,9 @@ mod scan;
 
 pub use error::LosslessJpegError;
 
+use super::bits::Fault;
 use super::segments::restart;
-use bits::{Bits, Fault};
+use bits::Bits;
 use header::Header;
 
 /// A frame as it was coded.

@@ -1,8 +1,9 @@
 //! The coded samples, line by line (T.81, H.1.2): a prediction from the neighbours before and a
 //! difference, added modulo 2^16.
 
-use super::bits::{Bits, Fault};
+use super::bits::Bits;
 use super::header::Header;
+use crate::source::dicom::bits::Fault;
 
 /// Decodes the first line after the start or a restart marker, each sample predicted by the one
 /// before it and the first by half the range (T.81, H.1.2.1).
