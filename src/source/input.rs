@@ -23,6 +23,8 @@ pub(super) struct Input {
     source: Source,
     /// The size; nothing for pipes and devices.
     size: Option<u64>,
+    /// Whether its name ends in `.gz`.
+    named_gzip: bool,
     head: Vec<u8>,
 }
 
@@ -47,7 +49,8 @@ impl Input {
         let mut file = File::open(path)?;
         let size = file.metadata()?.len();
         let head = read_head(&mut file)?;
-        Ok(Self { source: Source::File(file), size: Some(size), head })
+        let named_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        Ok(Self { source: Source::File(file), size: Some(size), named_gzip, head })
     }
 
     /// Standard input.
@@ -57,7 +60,7 @@ impl Input {
 
     fn stream(mut stream: Waiting) -> Result<Self, SourceError> {
         let head = read_head(&mut stream)?;
-        Ok(Self { source: Source::Stream(stream), size: None, head })
+        Ok(Self { source: Source::Stream(stream), size: None, named_gzip: false, head })
     }
 
     /// The first bytes of the file, as they stand in it.
@@ -72,6 +75,12 @@ impl Input {
 
     pub(super) fn is_gzip(&self) -> bool {
         Gunzip::recognise(&self.head)
+    }
+
+    /// Whether the file's size says that it holds `bytes` bytes as they are, though they may begin
+    /// like gzip. A gzip file may have just that size too, so one that is named so is none.
+    pub(super) fn is_just(&self, bytes: u64) -> bool {
+        self.size == Some(bytes) && !self.named_gzip
     }
 
     /// The whole content as a stream, inflated if `gzip` says so.
@@ -90,7 +99,7 @@ impl Input {
     pub(super) fn into_file(self) -> Result<(File, u64), Self> {
         match (self.source, self.size) {
             (Source::File(file), Some(size)) => Ok((file, size)),
-            (source, size) => Err(Self { source, size, head: self.head }),
+            (source, size) => Err(Self { source, size, ..self }),
         }
     }
 }

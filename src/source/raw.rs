@@ -172,7 +172,7 @@ fn from_input(input: Input, options: &RawOptions) -> Result<Volume<'static>, Sou
     let [nx, ny, nz] = options.dims;
     let expected = bytes_of(options)?;
     // A plain file may happen to begin just like gzip: the size that fits exactly decides.
-    let gzip = Gunzip::recognise_fully(input.head()) && input.size() != Some(expected);
+    let gzip = Gunzip::recognise_fully(input.head()) && !input.is_just(expected);
     if !gzip && let Some(found) = input.size().filter(|&found| found != expected) {
         let dims = options.dims.map(|n| n as u64);
         let mismatch = SizeMismatch {

@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use super::nifti_hostile::small;
 use crate::support::expected::{Entry, compare_values, entries, floats};
+use crate::support::nifti::gzip_of_size;
 use crate::support::planes::{checksum, read_all};
 use crate::support::repository;
 
@@ -201,6 +202,18 @@ fn the_samples_of_a_pair_may_begin_like_gzip() {
         assert_eq!(values.len() * 2, samples.len());
         assert_eq!(source::sniff(&path).unwrap(), source::Content::Nifti);
     }
+}
+
+#[test]
+fn a_gzipped_image_may_have_just_the_size_of_its_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let samples = [7; 48];
+    let (header, _) = pair(&samples);
+    std::fs::write(folder.path().join("a.hdr"), header).unwrap();
+    let image = folder.path().join("a.img.gz");
+    std::fs::write(&image, gzip_of_size(&samples, samples.len())).unwrap();
+    let (_, values, _) = read(&image, None).unwrap();
+    assert_eq!(values, [f64::from(0x0707); 24]);
 }
 
 /// A file of 4 x 3 x 2 samples with other bytes at some places, written to `folder`.

@@ -9,6 +9,7 @@ use mcubes::{Error, Kind};
 use serde_json::Value;
 
 use crate::support::expected::{Entry, compare_values, entries, floats};
+use crate::support::nifti::gzip_of_size;
 use crate::support::planes::read_all;
 
 fn options(entry: &Value) -> RawOptions {
@@ -97,4 +98,13 @@ fn raw_bytes_that_begin_a_member_nobody_can_read_are_no_gzip() {
         let error = open_raw(RawInput::Path(path), &options, &Cancel::new()).err().unwrap();
         assert_eq!(error.kind(), Kind::SizeMismatch, "{head:?}: {error}");
     }
+}
+
+#[test]
+fn a_gzipped_raw_file_may_have_just_the_size_of_its_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("v.raw.gz");
+    std::fs::write(&path, gzip_of_size(&[7; 48], 48)).unwrap();
+    let (_, values, _) = read(&path, &RawOptions::new([4, 3, 2], StoredType::I16)).unwrap();
+    assert_eq!(values, [f64::from(0x0707); 24]);
 }

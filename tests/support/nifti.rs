@@ -1,5 +1,7 @@
 //! NIfTI of either version and byte order, written field by field as nifti1.h and nifti2.h have it.
 
+use std::io::Write;
+
 /// A volume of `i16` whose place and scaling are `f32`, which headers of both versions hold.
 pub(crate) struct Nifti {
     pub(crate) dims: [i16; 3],
@@ -109,4 +111,18 @@ impl Nifti {
         }
         header.put(500, 2_i32.to_le_bytes());
     }
+}
+
+/// `bytes` gzipped into a file of `size` bytes: an extra field of the header (RFC 1952, 2.3.1.1)
+/// fills it.
+pub(crate) fn gzip_of_size(bytes: &[u8], size: usize) -> Vec<u8> {
+    let packed = |extra: usize| {
+        let gzip = flate2::GzBuilder::new().extra(vec![0; extra]);
+        let mut encoder = gzip.write(Vec::new(), flate2::Compression::best());
+        encoder.write_all(bytes).unwrap();
+        encoder.finish().unwrap()
+    };
+    let file = packed(size - packed(0).len());
+    assert_eq!(file.len(), size);
+    file
 }

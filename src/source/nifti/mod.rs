@@ -59,7 +59,7 @@ impl Nifti {
         let input = Input::open(&image, cancel).map_err(at)?;
         // Samples may happen to begin like gzip: the size that fits exactly decides.
         let fits = header.layout.offset.saturating_add(header.layout.total_bytes());
-        let gzip = input.is_gzip() && input.size() != Some(fits);
+        let gzip = input.is_gzip() && !input.is_just(fits);
         let opened = Opened::new(input, gzip).map_err(at)?;
         let notes = opened.check(&header.layout, 0).map_err(at)?;
         header.meta.notes.extend(notes);
