@@ -30,6 +30,11 @@ pub enum WrapError {
     /// Labels where only real values are to be had.
     #[error("the rescale changes from slice to slice: no sample has its stored value ({0})")]
     NotStored(StoredType),
+    /// A label among numbers that are not told apart.
+    #[error(
+        "label {0}: {1} samples are read as f64, which does not tell integers from 2⁵³ on apart"
+    )]
+    CoarseLabel(f64, StoredType),
     /// A formula's affine that is not finite or not invertible.
     #[error("the affine is not finite or cannot be inverted")]
     Affine,
@@ -41,7 +46,7 @@ impl WrapError {
         match self {
             Self::Regrid(RegridError::NotInvertible) | Self::Affine => Kind::BadAffine,
             Self::Regrid(_) => Kind::BadDims,
-            Self::Sigma(_) => Kind::BadConfig,
+            Self::Sigma(_) | Self::CoarseLabel(..) => Kind::BadConfig,
             Self::UnevenBlur | Self::NotStored(_) => Kind::UnfitSeries,
             Self::Window { .. } => Kind::TooLarge,
         }

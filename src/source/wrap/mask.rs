@@ -11,17 +11,26 @@ use crate::source::{AnyPlanes, Planes, SourceError, Volume};
 use crate::volume::{Meta, Rescale, Sample, StoredType};
 use crate::with_planes;
 
+/// From here on `f64` holds several 64-bit integers as one.
+const EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
+
 /// 1 where the stored value is one of `values`, 0 elsewhere, to be meshed at 0.5: every vertex is
 /// then the middle of its edge. Padding is 0 whatever its value; a value that the samples' type
 /// cannot have is never met.
 ///
 /// # Errors
-/// [`WrapError::NotStored`] where a rescale that changes from plane to plane leaves real values alone.
+/// [`WrapError::NotStored`] where a rescale that changes from plane to plane leaves real values alone;
+/// [`WrapError::CoarseLabel`] where 64-bit integers are asked for a value of 2⁵³ or more.
 pub fn mask<'a>(volume: Volume<'a>, values: &[f64]) -> Result<Volume<'a>, SourceError> {
     let Volume { mut meta, planes } = volume;
     let are_wide = matches!(planes, AnyPlanes::F32(_) | AnyPlanes::F64(_));
     if are_wide && meta.stored.size() < 8 && meta.stored != StoredType::F32 {
         return Err(WrapError::NotStored(meta.stored).into());
+    }
+    if matches!(meta.stored, StoredType::I64 | StoredType::U64)
+        && let Some(&label) = values.iter().find(|v| v.abs() >= EXACT)
+    {
+        return Err(WrapError::CoarseLabel(label, meta.stored).into());
     }
     let planes = with_planes!(planes, inner => AnyPlanes::U8(marked(inner, &meta, values)));
     meta.rescale = Rescale::IDENTITY;

@@ -3,7 +3,7 @@
 use mcubes::cancel::Cancel;
 use mcubes::error::{Failure, Kind};
 use mcubes::source::{AnyPlanes, crop, is_active, mask, pad_out, two_values};
-use mcubes::volume::{Padding, Rescale};
+use mcubes::volume::{Padding, Rescale, StoredType};
 use ndarray::{Array3, s};
 
 use super::sources::{Log, WAYS, Way, dims_of, planes, read, same, volume, way};
@@ -40,6 +40,28 @@ fn a_mask_goes_by_stored_values_and_leaves_padding_out() {
     let marked = mask(whole, &[-0.0, 1.5, -9.0, f64::NAN]).unwrap();
     assert_eq!((marked.meta.rescale, marked.meta.padding), (Rescale::IDENTITY, None));
     assert_eq!(read(marked).into_raw_vec_and_offset().0, [1.0, 0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn labels_that_f64_does_not_tell_apart_are_refused() {
+    // IEEE 754: 2⁵³ and 2⁵³ + 1 are one f64, 2⁵³ - 1 and 2⁵³ are two.
+    let exact = (1_i64 << 53) - 1;
+    let array = Array3::from_elem((2, 2, 2), exact as f64);
+    for stored in [StoredType::I64, StoredType::U64, StoredType::F64] {
+        let marked = |label: i64| {
+            let log = Log::default();
+            let planes = AnyPlanes::F64(planes(&array, Way::Positioned, &log));
+            let mut whole = volume::<f64>(dims_of(&array), planes);
+            whole.meta.stored = stored;
+            mask(whole, &[0.0, label as f64]).map(read)
+        };
+        assert!(marked(exact).unwrap().iter().all(|&x| x == 1.0), "{stored}");
+        for label in [exact + 1, exact + 2, i64::MIN] {
+            let error = marked(label).err().map(|e| e.kind());
+            let refused = (stored != StoredType::F64).then_some(Kind::BadConfig);
+            assert_eq!(error, refused, "{stored} {label}");
+        }
+    }
 }
 
 #[test]
