@@ -9,6 +9,21 @@
 //! A volume in memory: [`mesh()`], or [`mesh_placed`] where it has an affine. A file, a folder, a formula
 //! or anything else that gives planes: [`source::open`] and [`pipeline::extract`], which hold a few
 //! planes at a time.
+//!
+//! ```no_run
+//! use mcubes::cancel::Cancel;
+//! use mcubes::geom::{Place, Space};
+//! use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
+//! use mcubes::sink::{Format, MeshFile, MeshOptions};
+//! use mcubes::source::{OpenOptions, open};
+//!
+//! let head = open("head.nii.gz".as_ref(), &OpenOptions::default(), &Cancel::new())?;
+//! let place = Place::new(&head.meta.grid, Space::Ras)?;
+//! let mut file = MeshFile::create("skull.stl".as_ref(), &MeshOptions::new(Format::Stl))?;
+//! extract(head, &place, vec![(SurfaceOptions::at(300.0), &mut file)], &RunOptions::default())?;
+//! file.commit()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod cancel;
 #[cfg(feature = "cli")]

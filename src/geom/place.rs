@@ -1,13 +1,14 @@
 //! The one map that the kernel applies: voxel indices to output coordinates.
 
 use super::vec3::{Vec3, cross, dot};
-use super::{Affine, Bounds, Grid, Space};
+use super::{Affine, Bounds, Dims, Grid, Space};
 
 /// Voxel indices to output coordinates, composed once in `f64` (space included). The kernel takes
 /// its numbers as they are and rounds each coordinate to `f32` once.
 #[derive(Clone, Debug)]
 pub struct Place {
     grid: Grid,
+    space: Space,
     reversed: bool,
     epsilon: f64,
 }
@@ -28,6 +29,14 @@ pub enum PlaceError {
     /// A corner of the volume is nowhere.
     #[error("the volume's corners have coordinates that are no finite numbers")]
     NotFinite,
+    /// Planes without an origin of their own, or origins without a plane.
+    #[error("the grid has origins for {found} planes, the volume has {expected}")]
+    PlaneOrigins {
+        /// Origins that there are.
+        found: usize,
+        /// Planes.
+        expected: usize,
+    },
 }
 
 impl Place {
@@ -45,9 +54,13 @@ impl Place {
     ///
     /// # Errors
     /// [`PlaceError::OutOfRange`] where `f32` coordinates are too coarse for the promise that no
-    /// two vertices coincide; [`PlaceError::NotFinite`].
+    /// two vertices coincide; [`PlaceError::NotFinite`]; [`PlaceError::PlaneOrigins`].
     pub fn new(grid: &Grid, space: Space) -> Result<Self, PlaceError> {
         let grid = grid.in_space(space);
+        let (found, expected) = (grid.plane_origins.as_ref().map(Vec::len), grid.dims.nz());
+        if let Some(found) = found.filter(|&found| found != expected) {
+            return Err(PlaceError::PlaneOrigins { found, expected });
+        }
         let across = grid.plane_origins.as_ref().map_or(grid.affine.column(2), |_| {
             let last = grid.dims.nz() as i64;
             super::vec3::sub(grid.plane_origin(last), grid.plane_origin(-1))
@@ -55,7 +68,17 @@ impl Place {
         let normal = cross(grid.affine.column(0), grid.affine.column(1));
         let reversed = dot(normal, across) < 0.0;
         let epsilon = epsilon(&grid)?;
-        Ok(Self { grid, reversed, epsilon })
+        Ok(Self { grid, space, reversed, epsilon })
+    }
+
+    /// Of the volume that is placed.
+    pub fn dims(&self) -> Dims {
+        self.grid.dims
+    }
+
+    /// The space of the output.
+    pub fn space(&self) -> Space {
+        self.space
     }
 
     /// The step along i.

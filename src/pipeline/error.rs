@@ -1,7 +1,7 @@
 //! What can stop a run.
 
 use crate::error::{Failure, Kind};
-use crate::geom::PlaceError;
+use crate::geom::{PlaceError, Space};
 use crate::sink::SinkError;
 use crate::source::{SourceError, grouped};
 
@@ -59,13 +59,21 @@ pub enum RunError {
         /// The most there can be.
         limit: u64,
     },
-    /// A grid that is not the array's.
-    #[error("the array is of {} samples, the grid of {}", by(*.found), by(*.expected))]
+    /// A grid or a place that is not the volume's.
+    #[error("the volume is of {} samples, its grid of {}", by(*.found), by(*.expected))]
     Grid {
-        /// The array's dimensions.
+        /// The volume's dimensions.
         found: [usize; 3],
         /// The grid's.
         expected: [usize; 3],
+    },
+    /// A sink that would name another space than the coordinates are in.
+    #[error("the output is to say that it is in {} space, the volume is placed in {}", .named.as_str(), .placed.as_str())]
+    Space {
+        /// What the sink would write.
+        named: Space,
+        /// Where the coordinates are.
+        placed: Space,
     },
     /// An iso value that no sample can be held against.
     #[error("the iso value is {0}: it has to be a finite number")]
@@ -120,6 +128,7 @@ impl Failure for RunError {
             Self::TooLarge { .. } | Self::Memory { .. } => Kind::TooLarge,
             Self::TooMany { .. } => Kind::TooManyTriangles,
             Self::Grid { .. } => Kind::BadDims,
+            Self::Space { .. } => Kind::BadConfig,
             Self::Interrupted => Kind::Interrupted,
             Self::Internal(_) => Kind::Internal,
         }

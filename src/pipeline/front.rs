@@ -68,14 +68,17 @@ pub fn mesh_placed<T: Classify>(
     options: &RunOptions<'_>,
 ) -> Result<Surface, Error> {
     let dims = dims_of(&volume)?;
-    if dims != grid.dims {
-        let (found, expected) = (dims.to_array(), grid.dims.to_array());
-        return Err(Error::new(RunError::Grid { found, expected }));
-    }
+    same(dims.to_array(), grid.dims).map_err(Error::new)?;
     let place = Place::new(grid, space).map_err(|e| Error::new(RunError::from(e)))?;
     let kernel =
         Kernel::new(dims, &place, Rescale::IDENTITY, surface.rule().map_err(Error::new)?, cpu());
     into_memory(volume, dims, &kernel, surface.normals, options).map_err(Error::new)
+}
+
+/// Whether a volume of `found` samples has the dimensions of the grid it is said to lie on.
+pub(super) fn same(found: [usize; 3], grid: Dims) -> Result<(), RunError> {
+    let expected = grid.to_array();
+    if found == expected { Ok(()) } else { Err(RunError::Grid { found, expected }) }
 }
 
 fn dims_of<T>(volume: &ArrayView3<'_, T>) -> Result<Dims, Error> {

@@ -41,6 +41,7 @@ use patches::Patches;
 /// reported as it is, and its sink left unfinished.
 ///
 /// # Errors
+/// A place of other dimensions, or a sink that names another space than the place's; then
 /// Whatever the source, the kernel or a sink has to say; nothing is finished then.
 /// [`RunError::IsoNotReached`] where none of the surfaces has a triangle.
 pub fn extract(
@@ -62,10 +63,21 @@ fn extract_typed<T: Classify>(
 ) -> Result<Vec<Report>, RunError> {
     let begun = Instant::now();
     let dims = meta.grid.dims;
+    front::same(dims.to_array(), place.dims())?;
+    if let Planes::Resident(array) = &planes {
+        let (nz, ny, nx) = array.dim();
+        front::same([nx, ny, nz], dims)?;
+    }
     let (rules, sinks): (Vec<SurfaceOptions>, Vec<&mut dyn Sink>) = surfaces.into_iter().unzip();
-    let with_normals = rules.iter().map(|rule| rule.normals);
-    let mut outputs: Vec<_> =
-        sinks.into_iter().zip(with_normals).map(|(sink, n)| Patches::new(sink, n)).collect();
+    let mut outputs = Vec::with_capacity(sinks.len());
+    for (sink, rule) in sinks.into_iter().zip(&rules) {
+        let placed = place.space();
+        if let Some(named) = sink.space().filter(|&named| named != placed) {
+            return Err(RunError::Space { named, placed });
+        }
+        let normals = rule.normals || sink.normals();
+        outputs.push(Patches::new(sink, normals));
+    }
     let kernels = rules
         .iter()
         .map(|rule| Ok(Kernel::new(dims, place, meta.rescale, rule.rule()?, cpu())))

@@ -14,6 +14,7 @@ use tempfile::SpooledTempFile;
 use super::atomic::Target;
 use super::format::{Layout, MeshOptions};
 use super::{Encoded, Encoder, Format, Sink, SinkError};
+use crate::geom::Space;
 
 /// Faces kept in memory, in bytes.
 pub(crate) const SPOOL_BYTES: usize = 64 << 20;
@@ -133,6 +134,14 @@ impl MeshFile {
 impl Sink for MeshFile {
     fn encoder(&self) -> Arc<dyn Encoder> {
         self.layout.encoder()
+    }
+
+    fn space(&self) -> Option<Space> {
+        Some(self.options.space)
+    }
+
+    fn normals(&self) -> bool {
+        self.options.normals && self.options.format != Format::Stl
     }
 
     fn append(&mut self, encoded: &Encoded) -> Result<(), SinkError> {

@@ -61,9 +61,11 @@ pub struct MeshOptions {
     pub format: Format,
     /// STL and PLY as text; OBJ always is.
     pub ascii: bool,
-    /// Named in the file, as 3D Slicer reads it; the coordinates are written as they come.
+    /// Named in the file, as 3D Slicer reads it; the coordinates are written as they come, so it has
+    /// to be that of the [`Place`](crate::geom::Place).
     pub space: Space,
-    /// A normal with each vertex, in PLY and OBJ. Every patch must then carry them.
+    /// A normal with each vertex, in PLY and OBJ. Every patch must then carry them, and
+    /// [`extract`](crate::pipeline::extract) sees to it.
     pub normals: bool,
 }
 

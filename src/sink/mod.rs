@@ -28,6 +28,7 @@ use stl::StlEncoder;
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::geom::Space;
 use crate::mesh::{Measure, Patch};
 
 /// The bytes of one patch.
@@ -52,6 +53,16 @@ pub trait Encoder: Send + Sync {
 pub trait Sink: Send {
     /// The encoder that goes with it.
     fn encoder(&self) -> Arc<dyn Encoder>;
+
+    /// The space that the output says its coordinates are in, if it does.
+    fn space(&self) -> Option<Space> {
+        None
+    }
+
+    /// Whether every patch must carry normals.
+    fn normals(&self) -> bool {
+        false
+    }
 
     /// Appends the next patch.
     ///

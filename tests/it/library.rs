@@ -4,7 +4,9 @@ use mcubes::error::{Failure, Kind};
 use mcubes::geom::{Affine, Dims, Grid, Place, PlaceError, Space};
 use mcubes::pipeline::{RunError, RunOptions, SurfaceOptions, extract};
 use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
-use mcubes::source::formula;
+use mcubes::source::{AnyPlanes, Planes, Volume, formula};
+use mcubes::volume::Format::Memory as InMemory;
+use mcubes::volume::{Meta, StoredType};
 use ndarray::Array3;
 
 const NO_NUMBERS: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -82,5 +84,66 @@ fn a_place_that_is_no_number_is_refused() {
                 mcubes::mesh_placed(volume.view(), &grid, Space::Voxel, &surface, &run).unwrap();
             }
         }
+    }
+}
+
+/// What became of a volume of 6 x 5 x 4 samples that was placed in `space`, written to a PLY.
+fn written(
+    planes: Planes<'_, f32>,
+    place: &Place,
+    mesh: &MeshOptions,
+) -> Result<Vec<[f32; 3]>, RunError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    let meta = Meta::plain(InMemory, Grid::new(dims(), Affine::IDENTITY), StoredType::F32);
+    let volume = Volume { meta, planes: AnyPlanes::F32(planes) };
+    let mut file = MeshFile::create(&path, mesh)?;
+    let surfaces: Vec<(_, &mut dyn Sink)> = vec![(SurfaceOptions::at(4.5), &mut file)];
+    extract(volume, place, surfaces, &RunOptions::default())?;
+    file.commit()?;
+    Ok(mcubes::reader::read(&path).unwrap().normals)
+}
+
+#[test]
+fn what_is_of_another_size_than_its_volume_is_refused() {
+    let mesh = MeshOptions::new(Format::Ply);
+    let other = |nx, ny, nz| Grid::new(Dims::checked(nx, ny, nz, 4).unwrap(), Affine::IDENTITY);
+    let right = Place::new(&other(6, 5, 4), Space::Ras).unwrap();
+    for [nx, ny, nz] in [[3, 3, 3], [6, 5, 8], [9, 9, 4], [4, 5, 6], [1, 1, 1]] {
+        let array = Array3::<f32>::zeros((nz, ny, nx));
+        let of_array = written(Planes::Resident(array.view()), &right, &mesh);
+        let wrong = Place::new(&other(nx as i64, ny as i64, nz as i64), Space::Ras).unwrap();
+        let of_place = written(Planes::Resident(volume().view()), &wrong, &mesh);
+        for error in [of_array.unwrap_err(), of_place.unwrap_err()] {
+            assert!(matches!(error, RunError::Grid { .. }), "{error}");
+        }
+        let mut grid = other(6, 5, 4);
+        grid.plane_origins = Some((0..nx).map(|k| [0.0, 0.0, (k * k) as f64]).collect());
+        let found = Place::new(&grid, Space::Ras).err();
+        assert_eq!(found, (nx != 4).then_some(PlaceError::PlaneOrigins { found: nx, expected: 4 }));
+    }
+}
+
+#[test]
+fn a_file_says_no_other_space_than_its_volume_is_placed_in() {
+    let all = [Space::Ras, Space::Lps, Space::Voxel];
+    for placed in all {
+        let place = Place::new(&Grid::new(dims(), Affine::IDENTITY), placed).unwrap();
+        for space in all {
+            let mesh = MeshOptions { space, ..MeshOptions::new(Format::Ply) };
+            let done = written(Planes::Resident(volume().view()), &place, &mesh);
+            assert_eq!(done.is_ok(), space == placed);
+        }
+    }
+}
+
+#[test]
+fn a_file_with_normals_gets_them() {
+    let place = Place::new(&Grid::new(dims(), Affine::IDENTITY), Space::Ras).unwrap();
+    let mesh = MeshOptions { normals: true, ..MeshOptions::new(Format::Ply) };
+    let normals = written(Planes::Resident(volume().view()), &place, &mesh).unwrap();
+    assert!(!normals.is_empty());
+    for n in normals {
+        assert!((n.iter().map(|x| x * x).sum::<f32>().sqrt() - 1.0).abs() < 1e-5, "{n:?}");
     }
 }
