@@ -7,8 +7,9 @@
 //!                                                                       crossing
 //! ```
 //!
-//! `tables` has all that can become of a cell; `normal` and `tetra` are the normals and the method
-//! of tetrahedra, with the same steps; `simd` has the loops of each step for an instruction set.
+//! `tables` lists every surface that a cell can have; `normal` makes the normals, `tetra` is the
+//! method of tetrahedra, with the same steps; `simd` has the loops of each step, one file for each
+//! instruction set.
 //!
 //! [`Kernel::count`] says how many vertices and triangles a slab has, [`Kernel::fill`] makes them
 //! at the ids they have in the whole mesh. Pure: knows nothing of files, threads or clocks.
@@ -122,15 +123,12 @@ impl<T: Classify> Kernel<T> {
         let tables = Tables::get(place.is_reversed());
         let tetra =
             (rule.method == Method::Tetrahedra).then(|| TetraTables::get(place.is_reversed()));
-        let mut counts = tables.n_triangles;
-        for (count, &unsettled) in counts.iter_mut().zip(&tables.is_unsettled) {
-            if unsettled {
-                *count = UNSETTLED;
-            }
-        }
-        if let Some(tetra) = tetra {
-            counts = tetra.n_triangles;
-        }
+        let counts = match tetra {
+            Some(tetra) => tetra.n_triangles,
+            None => std::array::from_fn(|case| {
+                if tables.is_unsettled[case] { UNSETTLED } else { tables.n_triangles[case] }
+            }),
+        };
         Self {
             dims,
             threshold: Threshold::of(cut).filter(|_| has_cells),
