@@ -41,7 +41,6 @@ pub use cell::{CellSurface, settle};
 pub use cpu::{Cpu, cpu};
 pub use crossing::crossing;
 use cut::Cut;
-pub use cut::Side;
 pub use key::Classify;
 pub(crate) use slab::SharedPlane;
 pub use slab::{PatchSlices, Scratch, Slab, Totals};
@@ -51,7 +50,7 @@ pub use tetra::{N_TETRA_EDGES, TetraTables, edge_ends};
 use std::ops::Range;
 
 use crate::geom::{Dims, Place};
-use crate::volume::Rescale;
+use crate::volume::{Rescale, Side};
 use bits::BitPlane;
 use cpu::Detected;
 use emit::{FirstIds, Triangles};

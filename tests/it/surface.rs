@@ -2,10 +2,10 @@
 //! bytes however the work is cut.
 
 use mcubes::geom::{Affine, Dims, Grid, Place, Space};
-use mcubes::kernel::{Classify, Cpu, Kernel, Method, Rule, Side};
+use mcubes::kernel::{Classify, Cpu, Kernel, Method, Rule};
 use mcubes::mesh::{Position, Triangle};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
-use mcubes::volume::Rescale;
+use mcubes::volume::{Rescale, Side};
 use ndarray::{Array3, ArrayView3};
 use proptest::prelude::*;
 
