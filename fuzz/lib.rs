@@ -1,10 +1,11 @@
-//! What the fuzz targets share: bytes as a file, and a volume read to its end.
+//! What the fuzz targets share: bytes as a file, a volume read to its end, and a frame decoded.
 
 use std::io::{Seek, Write};
 use std::path::Path;
 
 use mcubes::cancel::Cancel;
 use mcubes::error::Failure;
+use mcubes::source::dicom::{CodestreamError, DecodedFrame};
 use mcubes::source::{Volume, survey};
 use mcubes::{Error, Kind};
 
@@ -48,4 +49,18 @@ pub fn read_all(opened: Result<Volume<'static>, Error>) {
         }
     };
     assert_ne!(kind, Kind::Internal);
+}
+
+/// Decodes bytes of which the first two are the frame's rows and columns. Errors are fine.
+pub fn decode_frame(
+    bytes: &[u8],
+    decode: impl Fn(&[u8], usize, usize) -> Result<DecodedFrame, CodestreamError>,
+) {
+    let [rows, cols, stream @ ..] = bytes else { return };
+    let (rows, cols) = (usize::from(*rows), usize::from(*cols));
+    if let Ok(decoded) = decode(stream, rows, cols) {
+        assert_eq!(decoded.samples.len(), rows * cols);
+        let largest = u16::MAX >> (16 - decoded.bits);
+        assert!(decoded.samples.iter().all(|&sample| sample <= largest));
+    }
 }

@@ -4,9 +4,10 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use mcubes::kernel::{Classify, Side};
+use mcubes::kernel::Classify;
 use mcubes::mesh::{Defects, Topology};
 use mcubes::pipeline::{Method, RunOptions, SurfaceOptions};
+use mcubes::volume::Side;
 use ndarray::ArrayView3;
 
 fuzz_target!(|bytes: &[u8]| {

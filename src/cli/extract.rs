@@ -15,10 +15,10 @@ use super::trouble::Trouble;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind, is_too_many_open};
 use crate::geom::{Grid, Place, Space};
-use crate::pipeline::{self, Progress, Report, RunError, RunOptions, Side, SurfaceOptions};
+use crate::pipeline::{self, Progress, Report, RunError, RunOptions, SurfaceOptions};
 use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink, SinkError};
 use crate::source::{self, SourceError, Volume, is_active};
-use crate::volume::{Meta, Note, StoredType};
+use crate::volume::{Inside, Meta, Note, StoredType};
 
 /// What all scans of a run have in common.
 pub(crate) struct How<'a> {
@@ -116,7 +116,7 @@ impl Work<'_> {
             match level::resolve(target.level, meta, self.how.cancel, looked_at) {
                 Ok(Chosen { iso, note }) => {
                     let member = Member { at, target, iso, note };
-                    if target.level != Level::Labels && is_active(meta, iso, self.is_below()) {
+                    if target.level != Level::Labels && is_active(meta, self.inside(iso)) {
                         apart.push(vec![member]);
                     } else {
                         together.push(member);
@@ -139,8 +139,8 @@ impl Work<'_> {
         made.into_iter().map(|(_, result)| result).collect()
     }
 
-    fn is_below(&self) -> bool {
-        self.how.extract.surface.side == Side::Below
+    fn inside(&self, iso: f64) -> Inside {
+        Inside { iso, side: self.how.extract.surface.side }
     }
 
     fn whole(&self) -> Result<Volume<'static>, Error> {
@@ -169,7 +169,7 @@ impl Work<'_> {
         let volume = self.stepped()?;
         Ok(match self.how.extract.mask {
             Some(_) => volume,
-            None => source::pad_out(volume, iso, self.is_below()),
+            None => source::pad_out(volume, self.inside(iso)),
         })
     }
 

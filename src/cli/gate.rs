@@ -32,7 +32,7 @@ pub(crate) struct Gate {
 struct Free {
     threads: usize,
     memory: u64,
-    /// Scans that do not hold a permit for the first time yet.
+    /// Scans that have neither been given a permit nor passed.
     scans_left: usize,
     next_ticket: u64,
     serving: u64,

@@ -1,16 +1,6 @@
 //! From a real iso value to the first stored value that is inside.
 
-use crate::volume::{Rescale, Sample};
-
-/// Which side of the iso value is inside, in real values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Side {
-    /// value ≥ iso.
-    #[default]
-    AtLeast,
-    /// value < iso.
-    Below,
-}
+use crate::volume::{Inside, Rescale, Sample, Side};
 
 /// The stored values that are inside: all those on one side of a stored value, it included. NaN
 /// never is.
@@ -29,13 +19,8 @@ impl<T: Sample> Cut<T> {
     /// says just what the rescaled value in `f64`, compared with `iso`, says. Rounding is monotone,
     /// so there is one step; a negative slope turns it round.
     pub(super) fn new(rescale: Rescale, iso: f64, side: Side) -> Self {
-        let inside = |ordinal: i64| {
-            let real = rescale.real(T::from_ordinal(ordinal).to_f64());
-            match side {
-                Side::AtLeast => real >= iso,
-                Side::Below => real < iso,
-            }
-        };
+        let asked = Inside { iso, side };
+        let inside = |ordinal| asked.holds(rescale.real(T::from_ordinal(ordinal).to_f64()));
         let upward = (side == Side::AtLeast) == (rescale.slope() > 0.0);
         // Inside holds at one end of the order; step towards the other until it no longer does.
         let (end, start) = if upward { (T::LAST, T::FIRST) } else { (T::FIRST, T::LAST) };

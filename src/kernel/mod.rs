@@ -7,8 +7,9 @@
 //!                                                                       crossing
 //! ```
 //!
-//! `tables` has all that can become of a cell; `normal` and `tetra` are the normals and the method
-//! of tetrahedra, with the same steps; `simd` has the loops of each step for an instruction set.
+//! `tables` lists every surface that a cell can have; `normal` makes the normals, `tetra` is the
+//! method of tetrahedra, with the same steps; `simd` has the loops of each step, one file for each
+//! instruction set.
 //!
 //! [`Kernel::count`] says how many vertices and triangles a slab has, [`Kernel::fill`] makes them
 //! at the ids they have in the whole mesh. Pure: knows nothing of files, threads or clocks.
@@ -40,7 +41,6 @@ pub use cell::{CellSurface, settle};
 pub use cpu::{Cpu, cpu};
 pub use crossing::crossing;
 use cut::Cut;
-pub use cut::Side;
 pub use key::Classify;
 pub(crate) use slab::SharedPlane;
 pub use slab::{PatchSlices, Scratch, Slab, Totals};
@@ -50,7 +50,7 @@ pub use tetra::{N_TETRA_EDGES, TetraTables, edge_ends};
 use std::ops::Range;
 
 use crate::geom::{Dims, Place};
-use crate::volume::Rescale;
+use crate::volume::{Rescale, Side};
 use bits::BitPlane;
 use cpu::Detected;
 use emit::{FirstIds, Triangles};
@@ -122,15 +122,12 @@ impl<T: Classify> Kernel<T> {
         let tables = Tables::get(place.is_reversed());
         let tetra =
             (rule.method == Method::Tetrahedra).then(|| TetraTables::get(place.is_reversed()));
-        let mut counts = tables.n_triangles;
-        for (count, &unsettled) in counts.iter_mut().zip(&tables.is_unsettled) {
-            if unsettled {
-                *count = UNSETTLED;
-            }
-        }
-        if let Some(tetra) = tetra {
-            counts = tetra.n_triangles;
-        }
+        let counts = match tetra {
+            Some(tetra) => tetra.n_triangles,
+            None => std::array::from_fn(|case| {
+                if tables.is_unsettled[case] { UNSETTLED } else { tables.n_triangles[case] }
+            }),
+        };
         Self {
             dims,
             threshold: Threshold::of(cut).filter(|_| has_cells),

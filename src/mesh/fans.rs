@@ -1,7 +1,7 @@
 //! The faces around each vertex, and what they tell of its edges and its fan.
 
 use super::Triangle;
-use super::topology::{Defects, is_proper};
+use super::defects::Defects;
 
 /// Longer rings are sorted instead of searched.
 const SHORT: usize = 16;
@@ -150,4 +150,9 @@ fn root(parents: &mut [usize], mut at: usize) -> usize {
         at = parents[at];
     }
     at
+}
+
+/// Whether the three vertices differ.
+pub(super) fn is_proper(&[a, b, c]: &Triangle) -> bool {
+    a != b && b != c && c != a
 }

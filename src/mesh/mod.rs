@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of volumes, kernels or file formats.
 
+mod defects;
 mod fans;
 mod measure;
 mod memory;
@@ -10,11 +11,12 @@ mod mesh;
 mod patch;
 mod topology;
 
+pub use defects::Defects;
 pub use measure::Measure;
 pub use memory::Buffer;
 pub use mesh::Mesh;
 pub use patch::Patch;
-pub use topology::{Defects, Topology};
+pub use topology::Topology;
 
 /// A triangle: three vertex ids, counter-clockwise seen from outside.
 pub type Triangle = [u32; 3];

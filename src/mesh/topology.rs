@@ -5,34 +5,10 @@
 //! faces around each vertex is made: time and memory grow with the mesh, 4 bytes a corner and 12
 //! a vertex, and 12 a vertex for the points.
 
-use super::fans::{Fans, Ring};
+use super::defects::Defects;
+use super::fans::{Fans, Ring, is_proper};
 use super::{Position, Triangle};
 use crate::geom::vec3::{cross, dot, norm, sub};
-
-/// What is wrong with a mesh, counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Defects {
-    /// Edges of one face.
-    pub boundary_edges: u64,
-    /// Edges of more than two faces.
-    pub nonmanifold_edges: u64,
-    /// Vertices whose faces are not one fan: the edges opposite to the vertex form neither one
-    /// ring nor one chain. The ends of an edge of more than two faces are among them.
-    pub nonmanifold_vertices: u64,
-    /// Edges of two faces that run along it in the same direction.
-    pub inconsistent_edges: u64,
-    /// Faces that name a vertex twice, or whose area, computed in `f64` from their `f32` corners,
-    /// is zero or not a number.
-    pub zero_area_faces: u64,
-    /// Faces with the same three vertices as another, whatever their order, beyond the first.
-    pub duplicate_faces: u64,
-    /// Vertices with the same coordinates as another (0 and −0 are the same), beyond the first.
-    pub coincident_vertices: u64,
-    /// Vertices of no face.
-    pub unused_vertices: u64,
-    /// Vertices with a coordinate that is infinite or not a number.
-    pub nonfinite_vertices: u64,
-}
 
 /// A mesh seen as a surface. Faces that name a vertex twice count as defects and are otherwise
 /// left out.
@@ -138,11 +114,6 @@ impl Topology {
     pub fn is_sound(&self) -> bool {
         self.closed && self.manifold && self.outward && self.defects == Defects::default()
     }
-}
-
-/// Whether the three vertices differ.
-pub(super) fn is_proper(&[a, b, c]: &Triangle) -> bool {
-    a != b && b != c && c != a
 }
 
 /// How many vertices have the coordinates of another, beyond the first.

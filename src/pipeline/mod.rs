@@ -22,7 +22,8 @@ mod sequence;
 
 use std::time::Instant;
 
-pub use crate::kernel::{Method, Side};
+pub use crate::kernel::Method;
+pub use crate::volume::Side;
 pub use error::RunError;
 pub use estimate::{likely_triangles, working_bytes};
 pub use front::{Surface, mesh, mesh_placed};

@@ -2,9 +2,9 @@
 
 use super::RunError;
 use crate::cancel::Cancel;
-use crate::kernel::{Method, Rule, Side};
+use crate::kernel::{Method, Rule};
 use crate::mesh::Measure;
-use crate::volume::Note;
+use crate::volume::{Note, Side};
 
 /// One surface of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]

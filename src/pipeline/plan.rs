@@ -20,7 +20,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// `layers_each` is chosen where it is not asked for.
+    /// Slabs of as many layers as were `asked` for, or as suit the size of a plane.
     pub(super) fn new(
         dims: Dims,
         sample_bytes: usize,

@@ -154,12 +154,11 @@ impl<T: Classify, O: Output<T>> Job<'_, '_, T, O> {
             self.surfaces.iter().map(|_| Default::default()).collect();
         let _guard = StopAtPanic(self);
         while !self.stop.is_raised() {
-            let (slab, result) = match self.slab(&mut own, &mut spent) {
-                Ok(true) => continue,
+            match self.slab(&mut own, &mut spent) {
+                Ok(true) => {}
                 Ok(false) => break,
-                Err(error) => error,
-            };
-            self.stop(slab, result);
+                Err((slab, error)) => self.stop(slab, error),
+            }
         }
         spent
     }

@@ -44,22 +44,6 @@ impl Padding {
     }
 }
 
-/// Which side of a level is inside.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inside {
-    /// The level, in real values.
-    pub iso: f64,
-    /// Values below it are inside; otherwise those that reach it.
-    pub below: bool,
-}
-
-impl Inside {
-    /// Whether a real value is inside.
-    pub fn holds(self, real: f64) -> bool {
-        if self.below { real < self.iso } else { real >= self.iso }
-    }
-}
-
 /// What names a DICOM series in reports. Nothing here tells who the patient is.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct SeriesFacts {

@@ -2,6 +2,7 @@
 //!
 //! Knows nothing of files or meshes.
 
+mod inside;
 mod meta;
 mod notes;
 mod rescale;
@@ -9,7 +10,8 @@ mod stats;
 mod tally;
 mod voxel;
 
-pub use meta::{Format, Inside, Meta, Padding, SeriesFacts};
+pub use inside::{Inside, Side};
+pub use meta::{Format, Meta, Padding, SeriesFacts};
 pub use notes::Note;
 pub use rescale::Rescale;
 pub use stats::{Histogram, Suggestion, Survey};

@@ -2,56 +2,36 @@
 //!
 //! A folder of frames is what `testdata/ljpeg/make.py` writes.
 
-use std::path::Path;
-
 use mcubes::error::Failure;
-use mcubes::source::dicom::ljpeg::{Decoded, LosslessJpegError, decode};
-use mcubes::source::dicom::{self, OpenOptions, ScanOptions};
+use mcubes::source::dicom::ljpeg::decode;
+use mcubes::source::dicom::{self, CodestreamError, DecodedFrame, OpenOptions, ScanOptions};
 use mcubes::{Error, Kind};
 use tempfile::TempDir;
 
 use crate::dicom::values;
-use crate::support::codestreams::{Frame, frames};
+use crate::support::codestreams::{Frame, Process};
 use crate::support::dicom::{Elements, Series};
 use crate::support::ljpeg::encode_bits;
 use crate::support::random::Random;
-use crate::support::repository;
 
 const SV1: &str = "1.2.840.10008.1.2.4.70";
 
-fn kept() -> Vec<Frame> {
-    frames(&repository("testdata/ljpeg"), "ljpeg")
-}
-
-fn kept_frame(name: &str) -> Frame {
-    kept().into_iter().find(|f| f.name == name).unwrap()
-}
-
-fn check(frames: &[Frame]) {
-    for frame in frames {
-        let decoded = decode(&frame.stream, frame.rows, frame.cols);
-        let decoded = decoded.unwrap_or_else(|e| panic!("{}: {e}", frame.name));
-        frame.assert_is(decoded.bits, &decoded.samples);
-    }
-}
+const PROCESS: Process = Process { decode, folder: "testdata/ljpeg", extension: "ljpeg" };
 
 #[test]
 fn the_kept_frames_decode_to_what_simpleitk_makes_of_them() {
-    let frames = kept();
-    assert!(frames.len() >= 20);
-    check(&frames);
+    PROCESS.check_kept(20);
 }
 
 #[test]
 #[ignore = "needs a folder that testdata/ljpeg/make.py --many has filled, in LJPEG_FRAMES"]
 fn many_frames_decode_to_what_simpleitk_makes_of_them() {
-    let folder = std::env::var_os("LJPEG_FRAMES").unwrap();
-    check(&frames(Path::new(&folder), "ljpeg"));
+    PROCESS.check_folder("LJPEG_FRAMES");
 }
 
 #[test]
 fn a_frame_cut_anywhere_is_an_error_unless_only_its_end_marker_is_gone() {
-    for frame in kept() {
+    for frame in PROCESS.kept() {
         let Frame { name, rows, cols, stream, samples, .. } = &frame;
         for cut in 0..stream.len() {
             let with_end = [&stream[..cut], &[0xFF, 0xD9]].concat();
@@ -69,27 +49,20 @@ fn a_frame_cut_anywhere_is_an_error_unless_only_its_end_marker_is_gone() {
 
 #[test]
 fn data_that_end_early_say_in_which_row() {
-    let frame = kept_frame("first-12");
+    let frame = PROCESS.kept_frame("first-12");
     let half = &frame.stream[..frame.stream.len() / 2];
     let error = decode(half, frame.rows, frame.cols).unwrap_err();
     assert_eq!(error.kind(), Kind::TruncatedData);
     assert!(error.to_string().contains("of 24, after"), "{error}");
     let error = decode(&[half, &[0xFF, 0xD9]].concat(), frame.rows, frame.cols).unwrap_err();
-    assert!(matches!(error, LosslessJpegError::EarlyMarker { marker: 0xFFD9, .. }), "{error:?}");
+    assert!(matches!(error, CodestreamError::EarlyMarker { marker: 0xFFD9, .. }), "{error:?}");
 }
 
 #[test]
 fn no_damage_makes_the_decoder_panic_or_give_samples_beyond_its_bits() {
     let mut random = Random::new(14);
-    for frame in kept() {
-        for _ in 0..400 {
-            let stream = frame.damaged(&mut random);
-            if let Ok(decoded) = decode(&stream, frame.rows, frame.cols) {
-                assert_eq!(decoded.samples.len(), frame.rows * frame.cols);
-                let largest = u16::MAX >> (16 - decoded.bits);
-                assert!(decoded.samples.iter().all(|&s| s <= largest), "{}", frame.name);
-            }
-        }
+    PROCESS.check_damage(&mut random);
+    for frame in PROCESS.kept() {
         let mut stream = frame.stream[..frame.data_begin()].to_vec();
         stream.extend((0..20_000).map(|_| random.below(0xFF) as u8));
         _ = decode(&stream, frame.rows, frame.cols);
@@ -98,8 +71,8 @@ fn no_damage_makes_the_decoder_panic_or_give_samples_beyond_its_bits() {
 
 #[test]
 fn padding_after_the_frame_and_a_missing_end_marker_change_nothing() {
-    for Frame { name, rows, cols, bits, stream, samples } in kept() {
-        let wanted = Decoded { bits, samples };
+    for Frame { name, rows, cols, bits, stream, samples } in PROCESS.kept() {
+        let wanted = DecodedFrame { bits, samples };
         for padding in [&[0][..], &[0, 0], &[0xFF], b"\0odd"] {
             let padded = [&stream[..], padding].concat();
             assert_eq!(decode(&padded, rows, cols).as_ref(), Ok(&wanted), "{name}");
@@ -114,20 +87,20 @@ fn padding_after_the_frame_and_a_missing_end_marker_change_nothing() {
 
 #[test]
 fn data_that_no_row_asks_for_are_an_error() {
-    let Frame { rows, cols, stream, .. } = kept_frame("first-12");
+    let Frame { rows, cols, stream, .. } = PROCESS.kept_frame("first-12");
     let longer = [&stream[..stream.len() - 2], &[0x12, 0x34, 0x56], &[0xFF, 0xD9]].concat();
     let error = decode(&longer, rows, cols).unwrap_err();
-    assert!(matches!(error, LosslessJpegError::LeftOver { row: 24, rows: 24, .. }), "{error:?}");
+    assert!(matches!(error, CodestreamError::LeftOver { row: 24, rows: 24, .. }), "{error:?}");
 }
 
 #[test]
 fn what_is_not_decoded_is_refused_by_name() {
-    let frame = kept_frame("restart-1");
+    let frame = PROCESS.kept_frame("restart-1");
     let cases = [
-        (frame.changed(0xC3, 9, 3), "it has 3 components, expected 1"),
+        (frame.changed(0xC3, 9, 3), "the frame has 3 components, expected 1"),
         (frame.changed(0xC3, 1, 0xC0), "marker FFC0 (baseline JPEG), expected FFC3"),
         (frame.changed(0xC3, 6, 0), "a number of lines that follows the samples (DNL), Y (0)"),
-        (frame.changed(0xC3, 6, 21), "it is 33 x 21, expected 33 x 20"),
+        (frame.changed(0xC3, 6, 21), "the frame is 33 x 21, expected 33 x 20"),
         (frame.changed(0xC3, 4, 17), "P is 17, expected 2 to 16"),
         (frame.changed(0xDA, 7, 0), "Ss is 0, expected 1 to 7"),
         (frame.changed(0xDA, 9, 12), "Pt is 12, expected 0 to 11"),
@@ -149,7 +122,7 @@ fn a_sample_beyond_its_bits_is_damage_unless_the_sign_fills_them() {
     let signed = encode_bits(&[0xFFF0, 5, 0xF800, 0x7FF], 2, 12);
     assert_eq!(decode(&signed, 2, 2).unwrap().samples, [0xFF0, 5, 0x800, 0x7FF]);
     let damaged = encode_bits(&[1, 2, 0x1001, 3], 2, 12);
-    let wanted = LosslessJpegError::Sample { row: 2, rows: 2, found: 0x1001, most: 0xFFF };
+    let wanted = CodestreamError::Sample { row: 2, rows: 2, found: 0x1001, most: 0xFFF };
     assert_eq!(decode(&damaged, 2, 2), Err(wanted));
 }
 

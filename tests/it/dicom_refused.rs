@@ -121,8 +121,12 @@ fn a_syntax_that_is_not_decoded_is_named_even_where_the_file_stands_alone() {
 fn a_damaged_jpeg_ls_frame_says_what_is_wrong_with_it() {
     let folder = repository("testdata/dicom-bad");
     for (name, kind, said) in [
-        ("jpegls-truncated.dcm", Kind::TruncatedData, "the JPEG-LS data end in row"),
-        ("jpegls-wrong-size.dcm", Kind::CorruptPixels, "3000 rows of 3000, expected 10 rows of 12"),
+        ("jpegls-truncated.dcm", Kind::TruncatedData, "the data end in row"),
+        (
+            "jpegls-wrong-size.dcm",
+            Kind::CorruptPixels,
+            "the frame is 3000 x 3000, expected 12 x 10",
+        ),
     ] {
         let copy = TempDir::new().unwrap();
         for entry in std::fs::read_dir(folder.join("good-series")).unwrap() {

@@ -9,7 +9,7 @@ use mcubes::mesh::{Position, Triangle};
 use mcubes::pipeline::{RunOptions, SurfaceOptions, mesh_placed};
 use mcubes::source::dicom::{self, OpenOptions, ScanOptions};
 use mcubes::source::{crop, pad_out};
-use mcubes::volume::Meta;
+use mcubes::volume::{Inside, Meta, Side};
 use ndarray::Array3;
 use tempfile::TempDir;
 
@@ -201,7 +201,7 @@ fn mesh(folder: &Path, iso: f64) -> (Vec<Position>, Vec<Triangle>) {
     let study = dicom::scan(folder, &ScanOptions::default()).unwrap();
     let volume = study.open(study.default().unwrap(), &OpenOptions::default()).unwrap();
     let volume = crop(volume, &[1..39, 1..35, 0..5]).unwrap();
-    let volume = pad_out(volume, iso, false);
+    let volume = pad_out(volume, Inside { iso, side: Side::AtLeast });
     let grid = volume.meta.grid.clone();
     let [nx, ny, nz] = grid.dims.to_array();
     let values = Array3::from_shape_vec((nz, ny, nx), values(volume).unwrap()).unwrap();

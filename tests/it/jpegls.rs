@@ -3,47 +3,28 @@
 //! A folder of frames is what `testdata/jpegls/make.py` writes: NAME.jls, NAME.raw with what
 //! `CharLS` decodes, and index.txt.
 
-use std::path::Path;
+use mcubes::source::dicom::jpegls::decode;
+use mcubes::source::dicom::{CodestreamError, DecodedFrame};
 
-use mcubes::source::dicom::jpegls::{Decoded, JpegLsError, decode};
-
-use crate::support::codestreams::{Frame, frames};
+use crate::support::codestreams::{Frame, Process};
 use crate::support::random::Random;
-use crate::support::repository;
 
-fn kept() -> Vec<Frame> {
-    frames(&repository("testdata/jpegls"), "jls")
-}
-
-fn kept_frame(name: &str) -> Frame {
-    kept().into_iter().find(|f| f.name == name).unwrap()
-}
-
-fn check(frames: &[Frame]) {
-    for frame in frames {
-        let decoded = decode(&frame.stream, frame.rows, frame.cols);
-        let decoded = decoded.unwrap_or_else(|e| panic!("{}: {e}", frame.name));
-        frame.assert_is(decoded.bits, &decoded.samples);
-    }
-}
+const PROCESS: Process = Process { decode, folder: "testdata/jpegls", extension: "jls" };
 
 #[test]
 fn the_kept_frames_decode_to_what_charls_makes_of_them() {
-    let frames = kept();
-    assert!(frames.len() >= 15);
-    check(&frames);
+    PROCESS.check_kept(15);
 }
 
 #[test]
 #[ignore = "needs a folder that testdata/jpegls/make.py --many has filled, in JPEGLS_FRAMES"]
 fn many_frames_decode_to_what_charls_makes_of_them() {
-    let folder = std::env::var_os("JPEGLS_FRAMES").unwrap();
-    check(&frames(Path::new(&folder), "jls"));
+    PROCESS.check_folder("JPEGLS_FRAMES");
 }
 
 #[test]
 fn a_frame_cut_anywhere_is_an_error_unless_only_its_end_marker_is_gone() {
-    for frame in kept() {
+    for frame in PROCESS.kept() {
         let Frame { name, rows, cols, stream, samples, .. } = &frame;
         for cut in 0..stream.len() {
             match decode(&stream[..cut], *rows, *cols) {
@@ -64,22 +45,13 @@ fn a_frame_cut_anywhere_is_an_error_unless_only_its_end_marker_is_gone() {
 #[test]
 fn no_damage_makes_the_decoder_panic_or_give_samples_beyond_its_bits() {
     let mut random = Random::new(0x9E37_79B9_7F4A_7C15);
-    for frame in kept() {
-        for _ in 0..400 {
-            let stream = frame.damaged(&mut random);
-            if let Ok(decoded) = decode(&stream, frame.rows, frame.cols) {
-                assert_eq!(decoded.samples.len(), frame.rows * frame.cols);
-                let largest = u16::MAX >> (16 - decoded.bits);
-                assert!(decoded.samples.iter().all(|&s| s <= largest), "{}", frame.name);
-            }
-        }
-    }
+    PROCESS.check_damage(&mut random);
 }
 
 #[test]
 fn random_data_behind_a_good_header_never_panic() {
     let mut random = Random::new(0x2545_F491_4F6C_DD1D);
-    for frame in kept() {
+    for frame in PROCESS.kept() {
         let mut stream = frame.stream[..frame.data_begin()].to_vec();
         // All bytes below 80, so that no marker ends the data early.
         stream.extend((0..20_000).map(|_| random.below(0x80) as u8));
@@ -94,9 +66,9 @@ fn random_data_behind_a_good_header_never_panic() {
 
 #[test]
 fn padding_after_the_frame_and_a_missing_end_marker_change_nothing() {
-    for frame in kept() {
+    for frame in PROCESS.kept() {
         let Frame { name, rows, cols, bits, stream, samples } = frame;
-        let wanted = Decoded { bits, samples };
+        let wanted = DecodedFrame { bits, samples };
         for padding in [&[0][..], &[0, 0], &[0xFF], b"\0odd"] {
             let padded = [&stream[..], padding].concat();
             assert_eq!(decode(&padded, rows, cols).as_ref(), Ok(&wanted), "{name}");
@@ -114,29 +86,29 @@ fn padding_after_the_frame_and_a_missing_end_marker_change_nothing() {
 
 #[test]
 fn data_that_no_row_asks_for_are_an_error() {
-    let Frame { rows, cols, stream, .. } = kept_frame("charls-12-bell");
+    let Frame { rows, cols, stream, .. } = PROCESS.kept_frame("charls-12-bell");
     let longer = [&stream[..stream.len() - 2], &[0x12, 0x34, 0x56], &[0xFF, 0xD9]].concat();
     let error = decode(&longer, rows, cols).unwrap_err();
-    assert!(matches!(error, JpegLsError::LeftOver { row: 24, rows: 24, .. }), "{error:?}");
+    assert!(matches!(error, CodestreamError::LeftOver { row: 24, rows: 24, .. }), "{error:?}");
 }
 
 #[test]
 fn a_frame_of_another_size_is_refused_with_both_sizes() {
-    let Frame { rows, cols, stream, .. } = kept_frame("charls-12-bell");
+    let Frame { rows, cols, stream, .. } = PROCESS.kept_frame("charls-12-bell");
     for (rows, cols) in [(rows + 1, cols), (rows, cols - 1), (cols, rows), (0, 0), (usize::MAX, 2)]
     {
         let error = decode(&stream, rows, cols).unwrap_err();
-        let wanted = JpegLsError::SizeMismatch { found_rows: 24, found_cols: 40, rows, cols };
+        let wanted = CodestreamError::SizeMismatch { found_rows: 24, found_cols: 40, rows, cols };
         assert_eq!(error, wanted);
     }
-    let follow = kept_frame("lines-follow-12");
+    let follow = PROCESS.kept_frame("lines-follow-12");
     let error = decode(&follow.stream, usize::MAX, follow.cols).unwrap_err();
-    assert!(matches!(error, JpegLsError::Field { field: "Rows", .. }), "{error:?}");
+    assert!(matches!(error, CodestreamError::Field { field: "Rows", .. }), "{error:?}");
 }
 
 #[test]
 fn what_is_not_decoded_is_refused_by_name() {
-    let frame = kept_frame("preset-12");
+    let frame = PROCESS.kept_frame("preset-12");
     let (rows, cols) = (frame.rows, frame.cols);
     let refusal = |stream: &[u8]| decode(stream, rows, cols).unwrap_err().to_string();
     let cases = [
@@ -156,7 +128,7 @@ fn what_is_not_decoded_is_refused_by_name() {
 
 #[test]
 fn parameters_outside_the_standard_are_refused_with_their_values() {
-    let frame = kept_frame("preset-12");
+    let frame = PROCESS.kept_frame("preset-12");
     let (rows, cols) = (frame.rows, frame.cols);
     let cases = [
         (frame.changed(0xF7, 4, 17), "P is 17, expected 2 to 16"),
@@ -170,16 +142,16 @@ fn parameters_outside_the_standard_are_refused_with_their_values() {
     for (stream, wanted) in cases {
         assert_eq!(decode(&stream, rows, cols).unwrap_err().to_string(), wanted);
     }
-    let eight = kept_frame("charls-2-low");
+    let eight = PROCESS.kept_frame("charls-2-low");
     let error = decode(&eight.changed(0xDA, 7, 2), eight.rows, eight.cols).unwrap_err();
     assert_eq!(error.to_string(), "NEAR is 2, expected 0 to 1");
 }
 
 #[test]
 fn a_wrong_restart_marker_is_named_with_the_one_that_was_due() {
-    let Frame { rows, cols, mut stream, .. } = kept_frame("restart-12");
+    let Frame { rows, cols, mut stream, .. } = PROCESS.kept_frame("restart-12");
     let second = stream.windows(2).position(|w| w == [0xFF, 0xD1]).unwrap();
     stream[second + 1] = 0xD3;
-    let wanted = JpegLsError::Restart { row: 4, found: 0xFFD3, expected: 0xFFD1 };
+    let wanted = CodestreamError::Restart { row: 4, found: 0xFFD3, expected: 0xFFD1 };
     assert_eq!(decode(&stream, rows, cols), Err(wanted));
 }

@@ -6,11 +6,13 @@ mod formulas;
 mod order;
 
 use mcubes::geom::{Affine, Dims, Grid, Place, Space};
-use mcubes::kernel::{Classify, Cpu, Kernel, PatchSlices, Rule, Scratch, Slab};
+use mcubes::kernel::{Classify, Cpu, Kernel, Rule};
 use mcubes::mesh::{Normal, Position};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
 use mcubes::volume::Rescale;
 use ndarray::ArrayView3;
+
+use crate::support::one_slab::one_slab;
 
 type Point = [f64; 3];
 
@@ -48,26 +50,10 @@ fn by_kernel<T: Classify>(
     rule: Rule,
     cpu: Cpu,
 ) -> Found {
-    let (nz, ny, nx) = volume.dim();
     let place = Place::new(grid, space).unwrap();
     let kernel = Kernel::new(grid.dims, &place, rescale, rule, cpu);
-    let samples = volume.as_slice().unwrap();
-    let planes: Vec<&[T]> = samples.chunks_exact(nx * ny).collect();
-    let slab = Slab { layers: 0..nz + 1, first_plane: 0, planes: &planes };
-    let mut scratch = Scratch::default();
-    kernel.classify(&slab, &mut scratch);
-    let totals = kernel.count(&slab, &mut scratch);
-    let mut vertices = vec![[0.0; 3]; totals.n_vertices as usize];
-    let mut normals = vec![[0.0; 3]; totals.n_vertices as usize];
-    let mut triangles = vec![[0; 3]; totals.n_triangles as usize];
-    let out = PatchSlices {
-        ghosts: None,
-        vertices: &mut vertices,
-        normals: Some(&mut normals),
-        triangles: &mut triangles,
-    };
-    kernel.fill(&slab, &scratch, 0..nz + 1, 0, out);
-    (vertices, normals)
+    let mesh = one_slab(volume, &kernel, true);
+    (mesh.vertices, mesh.normals)
 }
 
 fn dot(a: Point, b: Point) -> f64 {

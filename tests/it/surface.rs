@@ -2,14 +2,15 @@
 //! bytes however the work is cut.
 
 use mcubes::geom::{Affine, Dims, Grid, Place, Space};
-use mcubes::kernel::{Classify, Cpu, Kernel, Method, PatchSlices, Rule, Scratch, Side, Slab};
+use mcubes::kernel::{Classify, Cpu, Kernel, Method, Rule};
 use mcubes::mesh::{Position, Triangle};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
-use mcubes::volume::Rescale;
+use mcubes::volume::{Rescale, Side};
 use ndarray::{Array3, ArrayView3};
 use proptest::prelude::*;
 
 use crate::support::manifold::{assert_clean, assert_clean_but_open, enclosed};
+use crate::support::one_slab::one_slab;
 
 pub(crate) type Mesh = (Vec<Position>, Vec<Triangle>);
 
@@ -34,23 +35,8 @@ pub(crate) fn mesh_on<T: Classify>(volume: ArrayView3<'_, T>, rule: Rule, cpu: C
     let dims = Dims::checked(nx as i64, ny as i64, nz as i64, 8).unwrap();
     let place = Place::new(&Grid::new(dims, Affine::IDENTITY), Space::Voxel).unwrap();
     let kernel = Kernel::new(dims, &place, Rescale::IDENTITY, rule, cpu);
-    let samples = volume.as_slice().unwrap();
-    let planes: Vec<&[T]> = samples.chunks_exact(nx * ny).collect();
-    let slab = Slab { layers: 0..nz + 1, first_plane: 0, planes: &planes };
-    let mut scratch = Scratch::default();
-    kernel.classify(&slab, &mut scratch);
-    let totals = kernel.count(&slab, &mut scratch);
-    let mut vertices = vec![[0.0; 3]; totals.n_vertices as usize];
-    let mut triangles = vec![[0; 3]; totals.n_triangles as usize];
-    let (vertices_out, triangles_out) = (&mut vertices[..], &mut triangles[..]);
-    let out = PatchSlices {
-        ghosts: None,
-        vertices: vertices_out,
-        normals: None,
-        triangles: triangles_out,
-    };
-    kernel.fill(&slab, &scratch, 0..nz + 1, 0, out);
-    (vertices, triangles)
+    let mesh = one_slab(volume, &kernel, false);
+    (mesh.vertices, mesh.triangles)
 }
 
 fn dims() -> impl Strategy<Value = (usize, usize, usize)> {

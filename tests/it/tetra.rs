@@ -3,8 +3,9 @@
 use std::collections::{BTreeSet, HashSet};
 
 use mcubes::geom::{Affine, Dims, Grid, Space};
-use mcubes::kernel::{Cpu, Method, N_TETRA_EDGES, Rule, Side, TetraTables, edge_ends};
+use mcubes::kernel::{Cpu, Method, N_TETRA_EDGES, Rule, TetraTables, edge_ends};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
+use mcubes::volume::Side;
 use ndarray::Array3;
 use proptest::prelude::*;
 

@@ -6,7 +6,64 @@
 use std::fs;
 use std::path::Path;
 
+use mcubes::source::dicom::{CodestreamError, DecodedFrame};
+
 use super::random::Random;
+use super::repository;
+
+/// A process of the JPEG family: the decoder, and where the frames for it are kept.
+pub(crate) struct Process {
+    pub(crate) decode: fn(&[u8], usize, usize) -> Result<DecodedFrame, CodestreamError>,
+    pub(crate) folder: &'static str,
+    pub(crate) extension: &'static str,
+}
+
+impl Process {
+    /// The frames kept in the repository.
+    pub(crate) fn kept(&self) -> Vec<Frame> {
+        frames(&repository(self.folder), self.extension)
+    }
+
+    pub(crate) fn kept_frame(&self, name: &str) -> Frame {
+        self.kept().into_iter().find(|frame| frame.name == name).unwrap()
+    }
+
+    /// Panics unless the kept frames, `least` or more, decode to the samples beside them.
+    pub(crate) fn check_kept(&self, least: usize) {
+        let frames = self.kept();
+        assert!(frames.len() >= least);
+        self.check(&frames);
+    }
+
+    /// The same of a folder of frames that an environment variable names.
+    pub(crate) fn check_folder(&self, variable: &str) {
+        let folder = std::env::var_os(variable).unwrap();
+        self.check(&frames(Path::new(&folder), self.extension));
+    }
+
+    fn check(&self, frames: &[Frame]) {
+        for frame in frames {
+            let decoded = (self.decode)(&frame.stream, frame.rows, frame.cols);
+            let decoded = decoded.unwrap_or_else(|e| panic!("{}: {e}", frame.name));
+            frame.assert_is(decoded.bits, &decoded.samples);
+        }
+    }
+
+    /// Panics unless damaged frames are refused or give as many samples as were asked for, each
+    /// within its bits.
+    pub(crate) fn check_damage(&self, random: &mut Random) {
+        for frame in self.kept() {
+            for _ in 0..400 {
+                let stream = frame.damaged(random);
+                if let Ok(decoded) = (self.decode)(&stream, frame.rows, frame.cols) {
+                    assert_eq!(decoded.samples.len(), frame.rows * frame.cols);
+                    let largest = u16::MAX >> (16 - decoded.bits);
+                    assert!(decoded.samples.iter().all(|&s| s <= largest), "{}", frame.name);
+                }
+            }
+        }
+    }
+}
 
 #[derive(Clone)]
 pub(crate) struct Frame {
@@ -19,7 +76,7 @@ pub(crate) struct Frame {
 }
 
 /// The frames of a folder, whose codestreams have the extension given.
-pub(crate) fn frames(folder: &Path, extension: &str) -> Vec<Frame> {
+fn frames(folder: &Path, extension: &str) -> Vec<Frame> {
     let index = fs::read_to_string(folder.join("index.txt")).unwrap();
     let frame = |line: &str| {
         let fields: Vec<&str> = line.split(' ').collect();
@@ -39,7 +96,7 @@ pub(crate) fn frames(folder: &Path, extension: &str) -> Vec<Frame> {
 
 impl Frame {
     /// Panics unless a decoder found the bits and the samples that the frame has.
-    pub(crate) fn assert_is(&self, bits: u8, samples: &[u16]) {
+    fn assert_is(&self, bits: u8, samples: &[u16]) {
         let Self { name, .. } = self;
         assert_eq!(bits, self.bits, "{name}");
         let differs = samples.iter().zip(&self.samples).position(|(a, b)| a != b);

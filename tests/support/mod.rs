@@ -11,6 +11,7 @@ pub mod manifold;
 #[cfg(target_os = "linux")]
 pub(crate) mod memory;
 pub(crate) mod nifti;
+pub(crate) mod one_slab;
 pub mod oracle;
 pub mod sandbox;
 pub(crate) mod segments;

@@ -3,6 +3,7 @@
 
 use std::io::Read;
 
+use super::codestream::DecodedFrame;
 use super::error::FileFault;
 use super::layout::Layout;
 use super::syntax::{self, Codec};
@@ -44,7 +45,7 @@ fn inflate(deflated: &[u8], layout: &Layout) -> std::io::Result<Vec<u8>> {
 /// first, in the layout's bytes a sample.
 ///
 /// # Errors
-/// [`FileFault::Syntax`], [`FileFault::Codec`].
+/// [`FileFault::Syntax`], [`FileFault::Codec`], [`FileFault::Codestream`].
 pub(super) fn decode(
     syntax: &str,
     layout: &Layout,
@@ -52,6 +53,7 @@ pub(super) fn decode(
 ) -> Result<Image, FileFault> {
     let name = syntax::name(syntax);
     let fail = |detail: String| FileFault::Codec { syntax: name.to_owned(), detail };
+    let damaged = |error| FileFault::Codestream { syntax: name.to_owned(), error };
     let Some(codec) = syntax::codec(syntax) else {
         return Err(FileFault::Syntax { uid: syntax.to_owned(), name: name.to_owned() });
     };
@@ -73,15 +75,13 @@ pub(super) fn decode(
             Ok(Image { packed: Some(0), ..image(None) })
         }
         Codec::JpegLs => {
-            let decoded = jpegls::decode(stored, layout.rows, layout.cols)
-                .map_err(|error| FileFault::JpegLs { syntax: name.to_owned(), error })?;
-            store(&decoded.samples, decoded.bits, layout, stored).map_err(fail)?;
+            let decoded = jpegls::decode(stored, layout.rows, layout.cols).map_err(damaged)?;
+            store(&decoded, layout, stored).map_err(fail)?;
             Ok(image(Some(decoded.bits.into())))
         }
         Codec::Jpeg if codec::is_lossless_jpeg(syntax, stored) => {
-            let decoded = ljpeg::decode(stored, layout.rows, layout.cols)
-                .map_err(|error| FileFault::LosslessJpeg { syntax: name.to_owned(), error })?;
-            store(&decoded.samples, decoded.bits, layout, stored).map_err(fail)?;
+            let decoded = ljpeg::decode(stored, layout.rows, layout.cols).map_err(damaged)?;
+            store(&decoded, layout, stored).map_err(fail)?;
             Ok(Image { lossy: false, ..image(Some(sign_bits(decoded.bits, layout))) })
         }
         Codec::Jpeg | Codec::Jpeg2000 => {
@@ -93,12 +93,13 @@ pub(super) fn decode(
     }
 }
 
-/// Puts samples of `bits` bits in the place of a frame's compressed bytes.
+/// Puts a frame's samples in the place of its compressed bytes.
 ///
 /// # Errors
 /// More bits than a sample of the layout has.
-fn store(samples: &[u16], bits: u8, layout: &Layout, stored: &mut Vec<u8>) -> Result<(), String> {
-    if usize::from(bits).div_ceil(8) > layout.bytes {
+fn store(frame: &DecodedFrame, layout: &Layout, stored: &mut Vec<u8>) -> Result<(), String> {
+    let DecodedFrame { bits, samples } = frame;
+    if usize::from(*bits).div_ceil(8) > layout.bytes {
         return Err(format!("it has {bits} bits, expected {}", layout.bytes * 8));
     }
     stored.clear();

@@ -143,21 +143,13 @@ pub enum FileFault {
         /// The decoder's own words, one line.
         detail: String,
     },
-    /// JPEG-LS pixels that do not decode.
+    /// JPEG-LS or lossless JPEG pixels that do not decode.
     #[error("the {syntax} pixels do not decode: {error}")]
-    JpegLs {
+    Codestream {
         /// The transfer syntax, by name.
         syntax: String,
         /// What is wrong with the frame.
-        error: super::jpegls::JpegLsError,
-    },
-    /// Lossless JPEG pixels that do not decode.
-    #[error("the {syntax} pixels do not decode: {error}")]
-    LosslessJpeg {
-        /// The transfer syntax, by name.
-        syntax: String,
-        /// What is wrong with the frame.
-        error: super::ljpeg::LosslessJpegError,
+        error: super::codestream::CodestreamError,
     },
     /// A plane beyond the limits.
     #[error(transparent)]
@@ -210,8 +202,7 @@ impl Failure for FileFault {
             Self::Unsupported(_) => Kind::UnsupportedType,
             Self::Syntax { .. } => Kind::UnsupportedSyntax,
             Self::NoFrame { .. } | Self::Codec { .. } => Kind::CorruptPixels,
-            Self::JpegLs { error, .. } => error.kind(),
-            Self::LosslessJpeg { error, .. } => error.kind(),
+            Self::Codestream { error, .. } => error.kind(),
             Self::HeaderTooLarge { .. }
             | Self::TooManyFrames { .. }
             | Self::PixelsTooLong { .. }
@@ -231,13 +222,10 @@ impl Failure for FileFault {
             ),
             Self::Io(e) => crate::error::system_hint(e).map(str::to_owned),
             Self::Temporary { .. } => Some("TMPDIR names another folder for it".to_owned()),
-            Self::JpegLs { .. } | Self::LosslessJpeg { .. } if self.kind() == Kind::TooLarge => {
-                None
+            Self::Codestream { .. } if self.kind() == Kind::TooLarge => None,
+            Self::Codestream { .. } | Self::Codec { .. } | Self::NoFrame { .. } => {
+                Some("the file is damaged; export it again".to_owned())
             }
-            Self::JpegLs { .. }
-            | Self::LosslessJpeg { .. }
-            | Self::Codec { .. }
-            | Self::NoFrame { .. } => Some("the file is damaged; export it again".to_owned()),
             _ => None,
         }
     }

@@ -9,6 +9,7 @@ mod bits;
 mod blob;
 mod candidate;
 mod codec;
+mod codestream;
 mod decode;
 mod doubles;
 mod element;
@@ -44,6 +45,7 @@ mod unpack;
 mod walk;
 
 pub use candidate::Candidate;
+pub use codestream::{CodestreamError, DecodedFrame};
 pub use error::{DicomError, FileFault, Tag};
 pub use every::PatientField;
 pub use scan::{ScanOptions, scan};

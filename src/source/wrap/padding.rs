@@ -6,11 +6,9 @@ use crate::source::{AnyPlanes, Planes, Volume};
 use crate::volume::{Inside, Meta, Padding, Sample};
 use crate::with_planes;
 
-/// Whether any value of the volume's padding would be inside at `iso`: inside is value ≥ iso, or
-/// value < iso where `below`. Padding is outside in any case, so where this is false nothing need
-/// be done about it but to give it its own values.
-pub fn is_active(meta: &Meta, iso: f64, below: bool) -> bool {
-    let inside = Inside { iso, below };
+/// Whether any value of the volume's padding would be inside. Padding is outside in any case, so
+/// where this is false nothing need be done about it but to give it its own values.
+pub fn is_active(meta: &Meta, inside: Inside) -> bool {
     // Real values are monotone over a range, so one of its ends is inside if any value is.
     let any = |p: Padding, real: &dyn Fn(f64) -> f64| {
         inside.holds(real(p.low)) || inside.holds(real(p.high))
@@ -19,13 +17,12 @@ pub fn is_active(meta: &Meta, iso: f64, below: bool) -> bool {
         || meta.uneven_padding.is_some_and(|p| any(p, &|x| x))
 }
 
-/// The same stored values, NaN where a sample is padding and its own value would be inside at
-/// `iso`: outside, and an edge to it has its vertex in the middle. Padding that is outside by its
-/// own value has that value. In `f64`; the volume unchanged where its padding is one range and not
+/// The same stored values, NaN where a sample is padding and its own value would be inside:
+/// outside, and an edge to it has its vertex in the middle. Padding that is outside by its own
+/// value has that value. In `f64`; the volume unchanged where its padding is one range and not
 /// active.
-pub fn pad_out(volume: Volume<'_>, iso: f64, below: bool) -> Volume<'_> {
-    let inside = Inside { iso, below };
-    let is_active = is_active(&volume.meta, iso, below);
+pub fn pad_out(volume: Volume<'_>, inside: Inside) -> Volume<'_> {
+    let is_active = is_active(&volume.meta, inside);
     let Volume { mut meta, mut planes } = volume;
     if meta.uneven_padding.take().is_some() {
         if let AnyPlanes::F64(Planes::Positioned(inner)) = &mut planes {

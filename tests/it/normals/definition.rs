@@ -1,7 +1,8 @@
 //! On any samples.
 
-use mcubes::kernel::{Method, Side};
+use mcubes::kernel::Method;
 use mcubes::pipeline::SurfaceOptions;
+use mcubes::volume::Side;
 use ndarray::Array3;
 use proptest::prelude::*;
 

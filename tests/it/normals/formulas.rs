@@ -1,9 +1,9 @@
 //! On shapes with a formula.
 
 use mcubes::geom::{Affine, Dims, Grid, Space};
-use mcubes::kernel::{Cpu, Method, Rule, Side};
+use mcubes::kernel::{Cpu, Method, Rule};
 use mcubes::pipeline::SurfaceOptions;
-use mcubes::volume::Rescale;
+use mcubes::volume::{Rescale, Side};
 use ndarray::Array3;
 
 use super::{Found, Point, angle, by_kernel, dot, mesh_by, uneven};

@@ -1,9 +1,9 @@
 //! The same bytes however the work is cut, in memory and in files.
 
 use mcubes::geom::{Affine, Grid, Space};
-use mcubes::kernel::{Classify, Cpu, Method, Rule, Side};
+use mcubes::kernel::{Classify, Cpu, Method, Rule};
 use mcubes::pipeline::{RunOptions, SurfaceOptions};
-use mcubes::volume::Rescale;
+use mcubes::volume::{Rescale, Side};
 use ndarray::Array3;
 use proptest::prelude::*;
 

@@ -3,7 +3,7 @@
 use mcubes::cancel::Cancel;
 use mcubes::error::{Failure, Kind};
 use mcubes::source::{AnyPlanes, crop, is_active, mask, pad_out, two_values};
-use mcubes::volume::{Padding, Rescale, StoredType};
+use mcubes::volume::{Inside, Padding, Rescale, Side, StoredType};
 use ndarray::{Array3, s};
 
 use super::sources::{Log, WAYS, Way, dims_of, planes, read, same, volume, way};
@@ -94,14 +94,15 @@ fn a_volume_of_two_values_has_its_level_halfway() {
 fn padding_is_taken_out_only_where_its_own_value_would_be_inside() {
     let array = Array3::from_shape_fn((2, 3, 4), |(k, j, i)| (12 * k + 4 * j + i) as u8);
     let out = |iso: f64, below: bool, slope: f64| {
+        let side = if below { Side::Below } else { Side::AtLeast };
         WAYS.map(|which| {
             let log = Log::default();
             let whole = AnyPlanes::U8(planes(&array, which, &log));
             let mut whole = volume::<u8>(dims_of(&array), whole);
             whole.meta.rescale = Rescale::new(slope, 0.0).unwrap();
             whole.meta.padding = Some(Padding { low: 4.5, high: 8.0 });
-            let active = is_active(&whole.meta, iso, below);
-            let done = pad_out(whole, iso, below);
+            let active = is_active(&whole.meta, Inside { iso, side });
+            let done = pad_out(whole, Inside { iso, side });
             assert_eq!(done.meta.padding.is_none(), active);
             assert_eq!(matches!(done.planes, AnyPlanes::F64(_)), active);
             (active, way(&done) == Way::Ordered, read(done))

@@ -1,8 +1,8 @@
 //! The markers before and after the coded samples (T.87, annex C): what they say, checked. Decodes
 //! no samples and allocates nothing.
 
+use super::super::codestream::CodestreamError;
 use super::super::segments::{DNL, DRI, EOI, SOS, Segments, is_idle, wrong_length};
-use super::JpegLsError;
 use super::preset::{Coding, Preset};
 
 const SOF55: u8 = 0xF7;
@@ -34,7 +34,7 @@ struct Frame {
 /// # Errors
 /// A header that is cut, damaged, of another size than `rows` by `cols`, or asks for what is not
 /// decoded here.
-pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, JpegLsError> {
+pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, CodestreamError> {
     let mut segments = Segments::of_image(data)?;
     let mut frame = None;
     let mut preset = Preset::default();
@@ -74,7 +74,7 @@ pub(super) fn read_end(
     pos: usize,
     header: &Header,
     (rows, cols): (usize, usize),
-) -> Result<(), JpegLsError> {
+) -> Result<(), CodestreamError> {
     let mut segments = Segments::at(data, pos);
     while let Some(marker) = segments.marker()? {
         match marker {
@@ -84,10 +84,15 @@ pub(super) fn read_end(
                 let found_rows = big_endian(content);
                 if header.lines_follow && Some(found_rows) != u32::try_from(rows).ok() {
                     let found_cols = u32::try_from(cols).unwrap_or(u32::MAX);
-                    return Err(JpegLsError::SizeMismatch { found_rows, found_cols, rows, cols });
+                    return Err(CodestreamError::SizeMismatch {
+                        found_rows,
+                        found_cols,
+                        rows,
+                        cols,
+                    });
                 }
             }
-            SOS => return Err(JpegLsError::Unsupported { what: "a second scan", value: 2 }),
+            SOS => return Err(CodestreamError::Unsupported { what: "a second scan", value: 2 }),
             _ if is_idle(marker) || marker == LSE || marker == DRI => {
                 segments.content(marker)?;
             }
@@ -103,31 +108,31 @@ fn big_endian(bytes: &[u8]) -> u32 {
 }
 
 /// T.87, C.2.2: P, Y, X, the number of components, and three bytes for each.
-fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<Frame, JpegLsError> {
+fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<Frame, CodestreamError> {
     let Some((&[bits, y1, y0, x1, x0, components], each)) = content.split_first_chunk::<6>() else {
         return Err(wrong_length(SOF55, content.len() + 2, 11).into());
     };
     if components != 1 {
         let value = u32::from(components);
-        return Err(JpegLsError::Unsupported { what: "a number of components but 1", value });
+        return Err(CodestreamError::Unsupported { what: "a number of components but 1", value });
     }
     if each.len() != 3 {
         return Err(wrong_length(SOF55, content.len() + 2, 11).into());
     }
     if !(2..=16).contains(&bits) {
-        return Err(JpegLsError::Field { field: "P", found: bits.into(), least: 2, most: 16 });
+        return Err(CodestreamError::Field { field: "P", found: bits.into(), least: 2, most: 16 });
     }
     let [found_rows, found_cols] = [[y1, y0], [x1, x0]].map(|b| u32::from(u16::from_be_bytes(b)));
     let lines_follow = found_rows == 0;
     let same = |found: u32, wanted: usize| usize::try_from(found) == Ok(wanted);
     if !(lines_follow || same(found_rows, rows)) || !same(found_cols, cols) {
-        return Err(JpegLsError::SizeMismatch { found_rows, found_cols, rows, cols });
+        return Err(CodestreamError::SizeMismatch { found_rows, found_cols, rows, cols });
     }
     Ok(Frame { bits, lines_follow })
 }
 
 /// T.87, C.2.4.1: the preset parameters, the first of the kinds of LSE.
-fn read_preset(content: &[u8]) -> Result<Preset, JpegLsError> {
+fn read_preset(content: &[u8]) -> Result<Preset, CodestreamError> {
     let (&id, fields) = content.split_first().ok_or_else(|| wrong_length(LSE, 2, 13))?;
     let what = match id {
         1 => {
@@ -141,11 +146,11 @@ fn read_preset(content: &[u8]) -> Result<Preset, JpegLsError> {
         4 => "an oversize image, LSE of type",
         _ => "an extension, LSE of type",
     };
-    Err(JpegLsError::Unsupported { what, value: id.into() })
+    Err(CodestreamError::Unsupported { what, value: id.into() })
 }
 
 /// T.87, C.2.5: lines between restart markers, in two to four bytes; 0 for no such markers.
-fn read_interval(content: &[u8]) -> Result<Option<u32>, JpegLsError> {
+fn read_interval(content: &[u8]) -> Result<Option<u32>, CodestreamError> {
     match content.len() {
         2..=4 => Ok(Some(big_endian(content)).filter(|&lines| lines != 0)),
         other => Err(wrong_length(DRI, other + 2, 4).into()),
@@ -153,24 +158,24 @@ fn read_interval(content: &[u8]) -> Result<Option<u32>, JpegLsError> {
 }
 
 /// T.87, C.2.3: gives NEAR.
-fn read_scan(content: &[u8]) -> Result<u8, JpegLsError> {
+fn read_scan(content: &[u8]) -> Result<u8, CodestreamError> {
     let Some((&components, rest)) = content.split_first() else {
         return Err(wrong_length(SOS, 2, 8).into());
     };
     if components != 1 {
         let value = u32::from(components);
-        return Err(JpegLsError::Unsupported { what: "a scan of components but 1", value });
+        return Err(CodestreamError::Unsupported { what: "a scan of components but 1", value });
     }
     let &[_component, table, near, interleave, point] =
         rest.as_array::<5>().ok_or_else(|| wrong_length(SOS, content.len() + 2, 8))?;
     // One component is the same in every order of components.
     if interleave > 2 {
         let found = interleave.into();
-        return Err(JpegLsError::Field { field: "ILV", found, least: 0, most: 2 });
+        return Err(CodestreamError::Field { field: "ILV", found, least: 0, most: 2 });
     }
     for (what, value) in [("a mapping table", table), ("a point transform", point)] {
         if value != 0 {
-            return Err(JpegLsError::Unsupported { what, value: value.into() });
+            return Err(CodestreamError::Unsupported { what, value: value.into() });
         }
     }
     Ok(near)

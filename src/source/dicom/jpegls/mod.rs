@@ -7,30 +7,18 @@
 
 mod bits;
 mod context;
-mod error;
 mod header;
 mod preset;
 mod scan;
 
-pub use error::JpegLsError;
-
-use super::bits::Fault;
+use super::codestream::{CodestreamError, DecodedFrame, check_size};
 use super::segments::restart;
 use bits::Bits;
 use header::Header;
 use scan::Scan;
 
-/// A frame as it was coded.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Decoded {
-    /// Bits of a sample, 2 to 16: the stream's own word, which may be less than DICOM's Bits Stored.
-    /// A signed sample has its sign in the highest of these.
-    pub bits: u8,
-    /// Rows times columns, a row after the other; each below 2^`bits`.
-    pub samples: Vec<u16>,
-}
-
-/// Decodes one frame of `rows` rows of `cols` samples, 65 535 at most of either.
+/// Decodes one frame of `rows` rows of `cols` samples, 65 535 at most of either. A signed sample has
+/// its sign in the highest of its bits.
 ///
 /// Whatever follows the end of the image is taken for padding; the marker of the end itself may
 /// be missing.
@@ -40,21 +28,16 @@ pub struct Decoded {
 ///
 /// # Cost
 /// Holds two bytes a sample, which the caller holds against its limits, and a few lines. One pass.
-pub fn decode(data: &[u8], rows: usize, cols: usize) -> Result<Decoded, JpegLsError> {
+pub fn decode(data: &[u8], rows: usize, cols: usize) -> Result<DecodedFrame, CodestreamError> {
     let header = header::read(data, rows, cols)?;
-    let no_memory = JpegLsError::NoMemory { rows, cols };
-    for (field, found) in [("Rows", rows), ("Columns", cols)] {
-        if !(1..=0xFFFF).contains(&found) {
-            let found = u32::try_from(found).unwrap_or(u32::MAX);
-            return Err(JpegLsError::Field { field, found, least: 1, most: 0xFFFF });
-        }
-    }
+    let no_memory = CodestreamError::NoMemory { rows, cols };
+    check_size(rows, cols)?;
     let mut samples = Vec::new();
     samples.try_reserve_exact(rows.checked_mul(cols).ok_or(no_memory)?).map_err(|_| no_memory)?;
     let mut scan = Scan::new(header.coding, cols).ok_or(no_memory)?;
     let end = decode_rows(data, &header, rows, &mut scan, &mut samples)?;
     header::read_end(data, end, &header, (rows, cols))?;
-    Ok(Decoded { bits: header.bits, samples })
+    Ok(DecodedFrame { bits: header.bits, samples })
 }
 
 /// Appends all rows, interval after interval, and gives where the coded data end.
@@ -64,37 +47,25 @@ fn decode_rows(
     rows: usize,
     scan: &mut Scan,
     samples: &mut Vec<u16>,
-) -> Result<usize, JpegLsError> {
+) -> Result<usize, CodestreamError> {
     let lines = header.interval.and_then(|n| usize::try_from(n).ok()).unwrap_or(rows);
     let mut bits = Bits::new(data, header.data_begin);
     let mut restarts = 0;
     for row in 1..=rows {
-        let line = scan.line(&mut bits).map_err(|fault| at_row(data, fault, &bits, row, rows))?;
+        let line = scan.line(&mut bits).map_err(|fault| fault.at_row(data, &bits, row, rows))?;
         // A sample is at most MAXVAL, which is at most 65 535.
         samples.extend(line.iter().map(|&sample| sample as u16));
         let ends = row == rows || row % lines == 0;
         if ends && bits.finish().is_err() {
-            return Err(JpegLsError::LeftOver { row, rows, offset: bits.pos() });
+            return Err(CodestreamError::LeftOver { row, rows, offset: bits.pos() });
         }
         if row < rows && row % lines == 0 {
             let begin = restart(data, bits.pos(), restarts)
-                .map_err(|(found, expected)| JpegLsError::Restart { row, found, expected })?;
+                .map_err(|(found, expected)| CodestreamError::Restart { row, found, expected })?;
             bits = Bits::new(data, begin);
             scan.restart();
             restarts = (restarts + 1) % 8;
         }
     }
     Ok(bits.pos())
-}
-
-/// The fault with its place.
-fn at_row(data: &[u8], fault: Fault, bits: &Bits<'_>, row: usize, rows: usize) -> JpegLsError {
-    let offset = bits.pos();
-    match (fault, data.get(offset..)) {
-        (Fault::Code, _) => JpegLsError::BadCode { row, rows, offset },
-        (Fault::End, Some(&[0xFF, second, ..])) => {
-            JpegLsError::EarlyMarker { marker: 0xFF00 | u16::from(second), offset, row, rows }
-        }
-        (Fault::End, _) => JpegLsError::Truncated { row, rows, bytes: data.len() },
-    }
 }

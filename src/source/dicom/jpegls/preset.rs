@@ -1,7 +1,7 @@
 //! The numbers that steer the coder: what the stream gives, the standard's defaults for what it
 //! does not, and what follows from both.
 
-use super::JpegLsError;
+use super::super::codestream::CodestreamError;
 
 /// The preset parameters of an LSE segment; 0 stands for the default (T.87, C.2.4.1.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,12 +34,12 @@ pub(super) struct Coding {
     pub(super) limit: u32,
 }
 
-fn within(field: &'static str, found: i32, least: i32, most: i32) -> Result<i32, JpegLsError> {
+fn within(field: &'static str, found: i32, least: i32, most: i32) -> Result<i32, CodestreamError> {
     if (least..=most).contains(&found) {
         return Ok(found);
     }
     let [found, least, most] = [found, least, most].map(i32::unsigned_abs);
-    Err(JpegLsError::Field { field, found, least, most })
+    Err(CodestreamError::Field { field, found, least, most })
 }
 
 /// Bits that number `count` things, `count` at least 1.
@@ -52,7 +52,7 @@ impl Coding {
     ///
     /// # Errors
     /// A parameter outside the range that T.87, C.2.3 and C.2.4.1.1 give it.
-    pub(super) fn new(bits: u8, near: u8, preset: Preset) -> Result<Self, JpegLsError> {
+    pub(super) fn new(bits: u8, near: u8, preset: Preset) -> Result<Self, CodestreamError> {
         let largest = (1 << bits) - 1;
         let maxval = match i32::from(preset.maxval) {
             0 => largest,

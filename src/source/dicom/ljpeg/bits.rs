@@ -1,6 +1,6 @@
 //! Differences from coded bits: a Huffman code, and the number behind it.
 
-use super::huffman::{Huffman, PEEK};
+use super::huffman::{Huffman, PEEK, extend};
 use crate::source::dicom::bits::{self, Fault, Stuffing};
 
 pub(super) type Bits<'a> = bits::Bits<'a, Zeros>;
@@ -61,15 +61,5 @@ impl Bits<'_> {
         self.drop_held(length);
         let number = self.take_held(bits);
         Ok(extend(number, category))
-    }
-}
-
-/// The difference of a category (0 to 16) that `number` numbers (T.81, F.2.2.1 and H.1.2.2).
-pub(super) fn extend(number: u32, category: u32) -> i32 {
-    match category {
-        0 => 0,
-        16 => 1 << 15,
-        _ if number >> (category - 1) != 0 => number as i32,
-        _ => number as i32 - (1 << category) + 1,
     }
 }

@@ -1,8 +1,8 @@
 //! The markers before and after the coded samples (T.81, annex B): what they say, checked. Decodes
 //! no samples.
 
+use super::super::codestream::CodestreamError;
 use super::super::segments::{DNL, DRI, EOI, SOS, Segments, is_idle, wrong_length};
-use super::LosslessJpegError;
 use super::huffman::{Huffman, Table};
 
 const SOF3: u8 = 0xC3;
@@ -29,7 +29,7 @@ pub(super) struct Header {
 /// # Errors
 /// A header that is cut, damaged, of another size than `rows` by `cols`, or asks for what is not
 /// decoded here.
-pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, LosslessJpegError> {
+pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, CodestreamError> {
     let mut segments = Segments::of_image(data)?;
     let mut frame = None;
     let mut tables = [None; 4];
@@ -51,7 +51,7 @@ pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, Loss
                 let bits = frame.ok_or_else(|| segments.stray(marker))?;
                 let (id, predictor, point) = read_scan(content, bits)?;
                 let table = tables.get(usize::from(id)).copied().flatten();
-                let table = Huffman::new(table.ok_or(LosslessJpegError::NoTable { id })?)?;
+                let table = Huffman::new(table.ok_or(CodestreamError::NoTable { id })?)?;
                 let interval = whole_rows(interval, cols)?;
                 let data_begin = segments.pos();
                 return Ok(Header { bits, predictor, point, table, interval, data_begin });
@@ -69,7 +69,7 @@ pub(super) fn read(data: &[u8], rows: usize, cols: usize) -> Result<Header, Loss
 ///
 /// # Errors
 /// Another scan, or no marker at all.
-pub(super) fn read_end(data: &[u8], pos: usize) -> Result<(), LosslessJpegError> {
+pub(super) fn read_end(data: &[u8], pos: usize) -> Result<(), CodestreamError> {
     let mut segments = Segments::at(data, pos);
     while let Some(marker) = segments.marker()? {
         match marker {
@@ -77,7 +77,7 @@ pub(super) fn read_end(data: &[u8], pos: usize) -> Result<(), LosslessJpegError>
             // One after the last interval too.
             0xD0..=0xD7 => {}
             SOS => {
-                return Err(LosslessJpegError::Unsupported { what: "a second scan", value: 2 });
+                return Err(CodestreamError::Unsupported { what: "a second scan", value: 2 });
             }
             DHT | DRI | DNL => _ = segments.content(marker)?,
             _ if is_idle(marker) => _ = segments.content(marker)?,
@@ -88,12 +88,12 @@ pub(super) fn read_end(data: &[u8], pos: usize) -> Result<(), LosslessJpegError>
 }
 
 /// T.81, B.2.2: P, Y, X, the number of components, and three bytes for each. Gives P.
-fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<u8, LosslessJpegError> {
+fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<u8, CodestreamError> {
     let Some((&[bits, y1, y0, x1, x0, components], each)) = content.split_first_chunk::<6>() else {
         return Err(wrong_length(SOF3, content.len() + 2, 11).into());
     };
     if components != 1 {
-        return Err(LosslessJpegError::Components { found: components });
+        return Err(CodestreamError::Components { found: components });
     }
     if each.len() != 3 {
         return Err(wrong_length(SOF3, content.len() + 2, 11).into());
@@ -102,11 +102,11 @@ fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<u8, LosslessJp
     let [found_rows, found_cols] = [[y1, y0], [x1, x0]].map(|b| u32::from(u16::from_be_bytes(b)));
     if found_rows == 0 {
         let what = "a number of lines that follows the samples (DNL), Y";
-        return Err(LosslessJpegError::Unsupported { what, value: 0 });
+        return Err(CodestreamError::Unsupported { what, value: 0 });
     }
     let same = |found: u32, wanted: usize| usize::try_from(found) == Ok(wanted);
     if !same(found_rows, rows) || !same(found_cols, cols) {
-        return Err(LosslessJpegError::SizeMismatch { found_rows, found_cols, rows, cols });
+        return Err(CodestreamError::SizeMismatch { found_rows, found_cols, rows, cols });
     }
     Ok(bits)
 }
@@ -115,7 +115,7 @@ fn read_frame(content: &[u8], rows: usize, cols: usize) -> Result<u8, LosslessJp
 fn read_tables<'a>(
     mut content: &'a [u8],
     tables: &mut [Option<Table<'a>>; 4],
-) -> Result<(), LosslessJpegError> {
+) -> Result<(), CodestreamError> {
     let length = content.len() + 2;
     while !content.is_empty() {
         let (class, id, table, rest) =
@@ -131,12 +131,12 @@ fn read_tables<'a>(
 }
 
 /// T.81, B.2.3: gives the table's number, the predictor and the point transform.
-fn read_scan(content: &[u8], bits: u8) -> Result<(u8, u8, u8), LosslessJpegError> {
+fn read_scan(content: &[u8], bits: u8) -> Result<(u8, u8, u8), CodestreamError> {
     let Some((&components, rest)) = content.split_first() else {
         return Err(wrong_length(SOS, 2, 8).into());
     };
     if components != 1 {
-        return Err(LosslessJpegError::Components { found: components });
+        return Err(CodestreamError::Components { found: components });
     }
     let &[_component, tables, predictor, _end, point] =
         rest.as_array::<5>().ok_or_else(|| wrong_length(SOS, content.len() + 2, 8))?;
@@ -147,21 +147,21 @@ fn read_scan(content: &[u8], bits: u8) -> Result<(u8, u8, u8), LosslessJpegError
 }
 
 /// The rows of a restart interval, which is whole rows (T.81, H.1.1); 0 for no such markers.
-fn whole_rows(interval: u16, cols: usize) -> Result<Option<usize>, LosslessJpegError> {
+fn whole_rows(interval: u16, cols: usize) -> Result<Option<usize>, CodestreamError> {
     let samples = usize::from(interval);
     if samples == 0 {
         return Ok(None);
     }
     match samples.checked_rem(cols) {
         Some(0) => Ok(Some(samples / cols)),
-        _ => Err(LosslessJpegError::Interval { interval, cols }),
+        _ => Err(CodestreamError::Interval { interval, cols }),
     }
 }
 
-fn within(field: &'static str, found: u8, least: u8, most: u8) -> Result<(), LosslessJpegError> {
+fn within(field: &'static str, found: u8, least: u8, most: u8) -> Result<(), CodestreamError> {
     if (least..=most).contains(&found) {
         return Ok(());
     }
     let [found, least, most] = [found, least, most].map(u32::from);
-    Err(LosslessJpegError::Field { field, found, least, most })
+    Err(CodestreamError::Field { field, found, least, most })
 }

@@ -1,8 +1,7 @@
 //! Huffman tables (T.81, annex C): codes to categories, and, where code and number together are
 //! short, straight to differences.
 
-use super::LosslessJpegError;
-use super::bits::extend;
+use super::super::codestream::CodestreamError;
 
 /// Bits that index the short table.
 pub(super) const PEEK: u32 = 12;
@@ -51,12 +50,12 @@ impl Huffman {
     ///
     /// # Errors
     /// More codes than their lengths allow; a category that no difference has.
-    pub(super) fn new(table: Table<'_>) -> Result<Self, LosslessJpegError> {
+    pub(super) fn new(table: Table<'_>) -> Result<Self, CodestreamError> {
         let mut categories = [0; 256];
         for (to, &category) in categories.iter_mut().zip(table.categories) {
             if category > 16 {
                 let found = category.into();
-                return Err(LosslessJpegError::Field { field: "SSSS", found, least: 0, most: 16 });
+                return Err(CodestreamError::Field { field: "SSSS", found, least: 0, most: 16 });
             }
             *to = category;
         }
@@ -66,7 +65,7 @@ impl Huffman {
             let most = (1 << length) - code;
             let count = u32::from(found);
             if count > most {
-                return Err(LosslessJpegError::TooManyCodes { length, found, most });
+                return Err(CodestreamError::TooManyCodes { length, found, most });
             }
             *to = (code, count, index);
             code = (code + count) << 1;
@@ -112,11 +111,21 @@ impl Huffman {
     }
 }
 
+/// The difference of a category (0 to 16) that `number` numbers (T.81, F.2.2.1 and H.1.2.2).
+pub(super) fn extend(number: u32, category: u32) -> i32 {
+    match category {
+        0 => 0,
+        16 => 1 << 15,
+        _ if number >> (category - 1) != 0 => number as i32,
+        _ => number as i32 - (1 << category) + 1,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn of(counts: [u8; 16], categories: &[u8]) -> Result<Huffman, LosslessJpegError> {
+    fn of(counts: [u8; 16], categories: &[u8]) -> Result<Huffman, CodestreamError> {
         Huffman::new(Table { counts: &counts, categories })
     }
 
@@ -140,9 +149,9 @@ mod tests {
     fn a_table_with_more_codes_than_bits_is_refused() {
         let mut counts = [0; 16];
         (counts[0], counts[1]) = (1, 3);
-        let wanted = LosslessJpegError::TooManyCodes { length: 2, found: 3, most: 2 };
+        let wanted = CodestreamError::TooManyCodes { length: 2, found: 3, most: 2 };
         assert_eq!(of(counts, &[0, 1, 2, 3]).err(), Some(wanted));
-        let wanted = LosslessJpegError::Field { field: "SSSS", found: 17, least: 0, most: 16 };
+        let wanted = CodestreamError::Field { field: "SSSS", found: 17, least: 0, most: 16 };
         counts[1] = 0;
         assert_eq!(of(counts, &[17]).err(), Some(wanted));
     }

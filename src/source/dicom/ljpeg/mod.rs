@@ -6,26 +6,14 @@
 //! of DICOM and must never guess: damage that can be seen is an error, not an image.
 
 mod bits;
-mod error;
 mod header;
 mod huffman;
 mod scan;
 
-pub use error::LosslessJpegError;
-
-use super::bits::Fault;
+use super::codestream::{CodestreamError, DecodedFrame, check_size};
 use super::segments::restart;
 use bits::Bits;
 use header::Header;
-
-/// A frame as it was coded.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Decoded {
-    /// Bits of a sample, 2 to 16: the stream's own word, which may be less than DICOM's Bits Stored.
-    pub bits: u8,
-    /// Rows times columns, a row after the other; each below 2^`bits`.
-    pub samples: Vec<u16>,
-}
 
 /// Decodes one frame of `rows` rows of `cols` samples, 65 535 at most of either.
 ///
@@ -39,15 +27,10 @@ pub struct Decoded {
 /// # Cost
 /// Holds two bytes a sample, which the caller holds against its limits, and a table of a few
 /// thousand entries. One pass, and a second one where the point transform or P ask for it.
-pub fn decode(data: &[u8], rows: usize, cols: usize) -> Result<Decoded, LosslessJpegError> {
+pub fn decode(data: &[u8], rows: usize, cols: usize) -> Result<DecodedFrame, CodestreamError> {
     let header = header::read(data, rows, cols)?;
-    for (field, found) in [("Rows", rows), ("Columns", cols)] {
-        if !(1..=0xFFFF).contains(&found) {
-            let found = u32::try_from(found).unwrap_or(u32::MAX);
-            return Err(LosslessJpegError::Field { field, found, least: 1, most: 0xFFFF });
-        }
-    }
-    let no_memory = LosslessJpegError::NoMemory { rows, cols };
+    check_size(rows, cols)?;
+    let no_memory = CodestreamError::NoMemory { rows, cols };
     let n = rows.checked_mul(cols).ok_or(no_memory)?;
     let mut samples = Vec::new();
     samples.try_reserve_exact(n).map_err(|_| no_memory)?;
@@ -55,7 +38,7 @@ pub fn decode(data: &[u8], rows: usize, cols: usize) -> Result<Decoded, Lossless
     let end = decode_rows(data, &header, (rows, cols), &mut samples)?;
     header::read_end(data, end)?;
     widen(&header, (rows, cols), &mut samples)?;
-    Ok(Decoded { bits: header.bits, samples })
+    Ok(DecodedFrame { bits: header.bits, samples })
 }
 
 /// Decodes all rows, interval after interval, and gives where the coded data end.
@@ -64,7 +47,7 @@ fn decode_rows(
     header: &Header,
     (rows, cols): (usize, usize),
     samples: &mut [u16],
-) -> Result<usize, LosslessJpegError> {
+) -> Result<usize, CodestreamError> {
     let interval = header.interval.unwrap_or(rows);
     let mut bits = Bits::new(data, header.data_begin);
     let mut restarts = 0;
@@ -75,15 +58,15 @@ fn decode_rows(
         } else {
             scan::line(&mut bits, header, above, line)
         };
-        decoded.map_err(|fault| at_row(data, fault, &bits, row, rows))?;
+        decoded.map_err(|fault| fault.at_row(data, &bits, row, rows))?;
         above = line;
         let is_end = row % interval == 0;
         if (is_end || row == rows) && bits.finish().is_err() {
-            return Err(LosslessJpegError::LeftOver { row, rows, offset: bits.pos() });
+            return Err(CodestreamError::LeftOver { row, rows, offset: bits.pos() });
         }
         if is_end && row < rows {
             let begin = restart(data, bits.pos(), restarts)
-                .map_err(|(found, expected)| LosslessJpegError::Restart { row, found, expected })?;
+                .map_err(|(found, expected)| CodestreamError::Restart { row, found, expected })?;
             bits = Bits::new(data, begin);
             above = &[];
             restarts = (restarts + 1) % 8;
@@ -101,7 +84,7 @@ fn widen(
     header: &Header,
     (rows, cols): (usize, usize),
     samples: &mut [u16],
-) -> Result<(), LosslessJpegError> {
+) -> Result<(), CodestreamError> {
     let coded = u32::from(header.bits - header.point);
     let most = u16::MAX >> (16 - coded);
     let least_negative = !(most >> 1);
@@ -110,7 +93,7 @@ fn widen(
         for (line, row) in samples.chunks_exact_mut(cols).zip(1..) {
             if line.iter().fold(false, |any, x| any | beyond(x)) {
                 let found = line.iter().copied().find(beyond).unwrap_or_default();
-                return Err(LosslessJpegError::Sample { row, rows, found, most });
+                return Err(CodestreamError::Sample { row, rows, found, most });
             }
             for x in line {
                 *x = (*x & most) << header.point;
@@ -118,22 +101,4 @@ fn widen(
         }
     }
     Ok(())
-}
-
-/// The fault with its place.
-fn at_row(
-    data: &[u8],
-    fault: Fault,
-    bits: &Bits<'_>,
-    row: usize,
-    rows: usize,
-) -> LosslessJpegError {
-    let offset = bits.pos();
-    match (fault, data.get(offset..)) {
-        (Fault::Code, _) => LosslessJpegError::BadCode { row, rows, offset },
-        (Fault::End, Some(&[0xFF, second, ..])) => {
-            LosslessJpegError::EarlyMarker { marker: 0xFF00 | u16::from(second), offset, row, rows }
-        }
-        (Fault::End, _) => LosslessJpegError::Truncated { row, rows, bytes: data.len() },
-    }
 }

@@ -1,12 +1,24 @@
-//! What can be wrong with a lossless JPEG stream.
+//! What the decoders of lossless JPEG and of JPEG-LS have in common: the frame that they give, and
+//! what can be wrong with the codestream that they are given. Knows no process.
 
-use super::super::segments::SegmentError;
+use super::bits::{Bits, Fault, Stuffing};
+use super::segments::SegmentError;
 use crate::error::{Failure, Kind};
+
+/// A frame as it was coded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DecodedFrame {
+    /// Bits of a sample, 2 to 16: the codestream's own word, which may be less than DICOM's Bits
+    /// Stored.
+    pub bits: u8,
+    /// Rows times columns, a row after the other; each below 2^`bits`.
+    pub samples: Vec<u16>,
+}
 
 /// Why a frame does not decode. Rows count from 1, offsets in bytes from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum LosslessJpegError {
+pub enum CodestreamError {
     /// The marker segments.
     #[error(transparent)]
     Segment(#[from] SegmentError),
@@ -23,7 +35,7 @@ pub enum LosslessJpegError {
         most: u32,
     },
     /// A part of the standard that is not decoded here.
-    #[error("{what} ({value}) is a part of lossless JPEG that is not read")]
+    #[error("{what} ({value}) is a part of the standard that is not read")]
     Unsupported {
         /// Its name.
         what: &'static str,
@@ -31,17 +43,17 @@ pub enum LosslessJpegError {
         value: u32,
     },
     /// More components than the image has.
-    #[error("it has {found} components, expected 1")]
+    #[error("the frame has {found} components, expected 1")]
     Components {
         /// The number of components.
         found: u8,
     },
-    /// The stream's own size is not that of the image it belongs to.
-    #[error("it is {found_cols} x {found_rows}, expected {cols} x {rows}")]
+    /// The codestream's own size is not that of the image it belongs to.
+    #[error("the frame is {found_cols} x {found_rows}, expected {cols} x {rows}")]
     SizeMismatch {
-        /// Lines in the stream.
+        /// Lines in the codestream.
         found_rows: u32,
-        /// Samples a line in the stream.
+        /// Samples a line in the codestream.
         found_cols: u32,
         /// Rows expected.
         rows: usize,
@@ -102,7 +114,7 @@ pub enum LosslessJpegError {
         /// Rows expected.
         rows: usize,
     },
-    /// A code that is not in the table.
+    /// A code that the process, or the table, does not have.
     #[error("the data are damaged in row {row} of {rows}, before byte {offset}")]
     BadCode {
         /// The row.
@@ -146,7 +158,7 @@ pub enum LosslessJpegError {
     },
 }
 
-impl Failure for LosslessJpegError {
+impl Failure for CodestreamError {
     fn kind(&self) -> Kind {
         match self {
             Self::Segment(error) => error.kind(),
@@ -154,6 +166,41 @@ impl Failure for LosslessJpegError {
             Self::Truncated { .. } => Kind::TruncatedData,
             Self::NoMemory { .. } => Kind::TooLarge,
             _ => Kind::CorruptPixels,
+        }
+    }
+}
+
+/// Refuses what no header of either process can say.
+///
+/// # Errors
+/// [`CodestreamError::Field`].
+pub(super) fn check_size(rows: usize, cols: usize) -> Result<(), CodestreamError> {
+    for (field, found) in [("Rows", rows), ("Columns", cols)] {
+        if !(1..=0xFFFF).contains(&found) {
+            let found = u32::try_from(found).unwrap_or(u32::MAX);
+            return Err(CodestreamError::Field { field, found, least: 1, most: 0xFFFF });
+        }
+    }
+    Ok(())
+}
+
+impl Fault {
+    /// The fault as an error of the row that `bits` were read for.
+    pub(super) fn at_row<S: Stuffing>(
+        self,
+        data: &[u8],
+        bits: &Bits<'_, S>,
+        row: usize,
+        rows: usize,
+    ) -> CodestreamError {
+        let offset = bits.pos();
+        match (self, data.get(offset..)) {
+            (Self::Code, _) => CodestreamError::BadCode { row, rows, offset },
+            (Self::End, Some(&[0xFF, second, ..])) => {
+                let marker = 0xFF00 | u16::from(second);
+                CodestreamError::EarlyMarker { marker, offset, row, rows }
+            }
+            (Self::End, _) => CodestreamError::Truncated { row, rows, bytes: data.len() },
         }
     }
 }
