@@ -122,8 +122,9 @@ pub(super) const SPLITTERS: [&str; 14] = [
     "time",
 ];
 
-/// So many of the first splitters are set by the scanner for whole volumes.
-pub(super) const N_SETTINGS: usize = 3;
+/// The splitters that are set for whole volumes: no volume has them change from slice to slice and
+/// back.
+pub(super) const SETTINGS: [usize; 5] = [0, ECHO_NUMBER, 2, 3, 9];
 
 /// The splitter that numbers echoes.
 pub(super) const ECHO_NUMBER: usize = 1;
