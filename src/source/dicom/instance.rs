@@ -44,6 +44,8 @@ pub(super) struct Instance {
     pub(super) modality: Option<String>,
     pub(super) frame_of_reference: Option<String>,
     pub(super) is_segmentation: bool,
+    /// A secondary capture that says where it lies: a slice where a folder holds nothing better.
+    pub(super) is_capture: bool,
     pub(super) is_mosaic: bool,
     pub(super) has_modality_lut: bool,
     /// InstanceNumber; 0 where there is none.
@@ -135,6 +137,9 @@ pub(super) const IMAGE_TYPE: usize = 4;
 /// The splitter that is a time of day.
 pub(super) const CLOCK: usize = SPLITTERS.len() - 1;
 
+/// Said of captures that are meshed.
+const CAPTURE: &str = "secondary captures, taken for slices: each says where it lies";
+
 /// Reads one file's header.
 pub(super) fn scan_file(blob: Blob, name: String) -> Scanned {
     let walked = match blob.with_stream(walk) {
@@ -181,10 +186,14 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     };
     let photometric = header::text(header, tags::PHOTOMETRIC_INTERPRETATION);
     let samples = header::integer(header, tags::SAMPLES_PER_PIXEL, "SamplesPerPixel")?;
+    let mut is_capture = false;
     if let Some(what) =
         set_aside::with_pixels(class.as_deref(), &image_type, samples, photometric.as_deref())
     {
-        return Ok(Scanned::Aside { what, series });
+        if what != What::SecondaryCapture || !groups::is_placed(header) {
+            return Ok(Scanned::Aside { what, series });
+        }
+        is_capture = true;
     }
     let layout = Layout::read(header, walked, &element)?;
     let n_frames = match header::integer(header, tags::NUMBER_OF_FRAMES, "NumberOfFrames")? {
@@ -213,6 +222,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         modality,
         frame_of_reference: header::text(header, tags::FRAME_OF_REFERENCE_UID),
         is_segmentation,
+        is_capture,
         is_mosaic: image_type.iter().any(|t| t == "MOSAIC"),
         has_modality_lut: !header::items(header, tags::MODALITY_LUT_SEQUENCE).is_empty(),
         number: header::integer(header, tags::INSTANCE_NUMBER, "InstanceNumber")
@@ -220,7 +230,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
             .flatten()
             .unwrap_or(0),
         padding,
-        odd: Vec::new(),
+        odd: if is_capture { vec![CAPTURE] } else { Vec::new() },
         fault,
         frames,
     })))
