@@ -44,8 +44,6 @@ pub(super) struct Instance {
     pub(super) modality: Option<String>,
     pub(super) frame_of_reference: Option<String>,
     pub(super) is_segmentation: bool,
-    /// A secondary capture that says where it lies: a slice where a folder holds nothing better.
-    pub(super) is_capture: bool,
     pub(super) is_mosaic: bool,
     pub(super) has_modality_lut: bool,
     /// InstanceNumber; 0 where there is none.
@@ -57,6 +55,13 @@ pub(super) struct Instance {
     /// What is wrong with the pixels, seen without reading them.
     pub(super) fault: Option<FileFault>,
     pub(super) frames: Vec<Frame>,
+}
+
+impl Instance {
+    /// Whether it is a secondary capture: a slice where a folder holds nothing better.
+    pub(super) fn is_capture(&self) -> bool {
+        self.odd.contains(&CAPTURE)
+    }
 }
 
 /// One frame: its place and its rescale.
@@ -222,7 +227,6 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
         modality,
         frame_of_reference: header::text(header, tags::FRAME_OF_REFERENCE_UID),
         is_segmentation,
-        is_capture,
         is_mosaic: image_type.iter().any(|t| t == "MOSAIC"),
         has_modality_lut: !header::items(header, tags::MODALITY_LUT_SEQUENCE).is_empty(),
         number: header::integer(header, tags::INSTANCE_NUMBER, "InstanceNumber")

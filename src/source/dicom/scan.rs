@@ -184,8 +184,8 @@ pub(super) fn sort_out(
         }
     }
     // Pictures of slices are no slices beside any.
-    if instances.iter().any(|i| !i.is_capture) {
-        for i in instances.extract_if(.., |i| i.is_capture) {
+    if instances.iter().any(|i| !i.is_capture()) {
+        for i in instances.extract_if(.., |i| i.is_capture()) {
             set_aside(&mut asides, What::SecondaryCapture, i.series_number, i.name);
         }
     }
