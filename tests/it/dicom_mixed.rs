@@ -17,7 +17,7 @@ const POSITION: Tag = (0x0020, 0x0032);
 const STUDY: Tag = (0x0020, 0x000D);
 const SERIES: Tag = (0x0020, 0x000E);
 const SERIES_NUMBER: Tag = (0x0020, 0x0011);
-const FRAME_OF_REFERENCE: Tag = (0x0020, 0x0052);
+const PIXEL_SPACING: Tag = (0x0028, 0x0030);
 
 /// `n_parts` images at each of so many positions; the folder of a file tells its part. The parts
 /// differ in their samples.
@@ -196,12 +196,13 @@ fn one_image_is_no_volume_unless_it_gives_a_spacing_between_slices() {
 
 #[test]
 fn images_that_each_stand_alone_say_what_keeps_them_from_each_other() {
-    let (_folder, study) =
-        mixed(1, |_, k, data| data.set_text(FRAME_OF_REFERENCE, *b"UI", format!("1.2.{k}")));
+    let (_folder, study) = mixed(1, |_, k, data| {
+        data.set_text(PIXEL_SPACING, *b"DS", format!("1\\{}", 1.0 + k as f64 / 10.0));
+    });
     let error = study.open(0, &OpenOptions::default()).err().unwrap();
     let line = error.to_string();
     assert!(line.contains("29 images of the same series"), "{line}");
-    assert!(line.contains("another FrameOfReferenceUID"), "{line}");
+    assert!(line.contains("another PixelSpacing"), "{line}");
     assert!(!error.hint().unwrap().contains("give the folder"), "{:?}", error.hint());
 }
 

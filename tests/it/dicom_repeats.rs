@@ -178,6 +178,43 @@ fn the_whole_repeats_of_a_series_broken_off_are_volumes_and_the_rest_is_named() 
 }
 
 #[test]
+fn a_first_repeat_that_is_not_whole_is_left_out_as_a_last_one_is() {
+    for lengths in [[1, 8, 8], [3, 8, 8]] {
+        for (tag, vr) in [(TEMPORAL_POSITION, *b"IS"), (ACQUISITION_NUMBER, *b"IS")] {
+            let (_folder, study) =
+                parts(&lengths, |part, _, data| data.set_text(tag, vr, part + 1));
+            assert_eq!(study.default().unwrap(), 1, "{tag:?}");
+            assert_eq!(study.all(), [1, 2], "{tag:?}");
+            for index in [1, 2] {
+                assert_eq!(study.slices(index).len(), 8, "{tag:?}");
+                assert_eq!(parts_of(&study, index), [index.to_string()], "{tag:?}");
+                assert!(notes(&study, index).contains(" 1 was broken off"), "{tag:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn b_values_and_kernels_at_shifted_positions_are_never_interleaved() {
+    let kernels: (Tag, _, [&str; 2]) = ((0x0018, 0x1210), *b"SH", ["B30f", "B70f"]);
+    let b_values: (Tag, _, [&str; 2]) = ((0x0018, 0x9087), *b"FD", ["", ""]);
+    for (tag, vr, values) in [kernels, b_values] {
+        let (_folder, study) = parts(&[8, 8], |part, k, data| {
+            match vr {
+                [b'F', b'D'] => data.set(tag, vr, &(1000.0 * part as f64).to_le_bytes()),
+                _ => data.set_text(tag, vr, values[part]),
+            }
+            place(data, 2.0 * k as f64 + part as f64);
+        });
+        assert_eq!(study.volumes.len(), 2, "{tag:?}");
+        for index in 0..2 {
+            assert_eq!(study.slices(index).len(), 8, "{tag:?}");
+            assert_eq!(parts_of(&study, index), [index.to_string()], "{tag:?}");
+        }
+    }
+}
+
+#[test]
 fn slices_that_no_whole_repeat_has_are_not_left_out_as_one_that_was_broken_off() {
     // The last two of eight slices lie beyond the seven that the first part has.
     let (_folder, study) = parts(&[7, 2], |part, k, data| {

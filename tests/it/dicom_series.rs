@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study};
+use mcubes::source::dicom::{self, OpenOptions, ScanOptions, Study, What};
 use tempfile::TempDir;
 
 use crate::dicom::values;
-use crate::support::dicom::Series;
+use crate::support::dicom::{EXPLICIT, Elements, Series};
 
 const N_SLICES: usize = 9;
 
@@ -130,4 +130,33 @@ fn the_note_on_images_left_out_names_what_they_differ_in() {
     let said = notes(&study, study.default().unwrap());
     let reasons = "another FrameOfReferenceUID, no ImagePositionPatient";
     assert_eq!(said, [format!("left out: 2 images of the same series (S0): {reasons}")]);
+}
+
+#[test]
+fn secondary_captures_are_slices_where_each_says_where_it_lies_and_there_is_nothing_else() {
+    let capture = |data: &mut Elements| {
+        data.set_text((0x0008, 0x0016), *b"UI", "1.2.840.10008.5.1.4.1.1.7");
+    };
+    let folder = TempDir::new().unwrap();
+    let captures = Series { uid: "1.2.4".to_owned(), ..Series::axial(N_SLICES) };
+    captures.write_as(&folder.path().join("a"), EXPLICIT, |_, data| capture(data));
+    let study = scan(folder.path());
+    assert_eq!(study.volumes.len(), 1);
+    let (_plain, plain) = edited(|_, _| {});
+    let of = |study: &Study| values(study.open(0, &OpenOptions::default()).unwrap()).unwrap();
+    assert_eq!(of(&study), of(&plain));
+    assert!(notes(&study, 0).iter().any(|n| n.starts_with("secondary captures")));
+
+    Series::axial(3).write_as(&folder.path().join("b"), EXPLICIT, |_, _| {});
+    let study = scan(folder.path());
+    let aside: Vec<_> = study.set_aside.iter().map(|a| (a.what, a.count)).collect();
+    assert_eq!(aside, [(What::SecondaryCapture, N_SLICES)]);
+    assert_eq!((study.volumes.len(), study.slices(0).len()), (1, 3));
+
+    let folder = TempDir::new().unwrap();
+    Series::axial(N_SLICES).write_as(folder.path(), EXPLICIT, |_, data| {
+        capture(data);
+        data.remove((0x0020, 0x0037));
+    });
+    assert!(scan(folder.path()).volumes.is_empty());
 }

@@ -20,6 +20,7 @@ mod dicom_enhanced;
 mod dicom_frames;
 mod dicom_hostile;
 mod dicom_ljpeg;
+mod dicom_lone;
 mod dicom_memory;
 mod dicom_mixed;
 mod dicom_placed;

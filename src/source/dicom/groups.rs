@@ -123,6 +123,12 @@ fn plain(header: &Item, image_type: &[String]) -> Result<Frame, FileFault> {
     })
 }
 
+/// Whether an image says in full where it lies, outside functional groups.
+pub(super) fn is_placed(header: &Item) -> bool {
+    let place = (position(header), orientation(header), spacing(header));
+    matches!(place, (Ok(Some(_)), Ok(Some(_)), Ok(Some(_))))
+}
+
 /// One frame's functional groups over the shared ones over the top level.
 fn grouped(own: Option<&Item>, shared: Option<&Item>, top: &Frame) -> Result<Frame, FileFault> {
     let group = |sequence: Tag| {

@@ -57,6 +57,13 @@ pub(super) struct Instance {
     pub(super) frames: Vec<Frame>,
 }
 
+impl Instance {
+    /// Whether it is a secondary capture: a slice where a folder holds nothing better.
+    pub(super) fn is_capture(&self) -> bool {
+        self.odd.contains(&CAPTURE)
+    }
+}
+
 /// One frame: its place and its rescale.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Frame {
@@ -122,8 +129,9 @@ pub(super) const SPLITTERS: [&str; 14] = [
     "time",
 ];
 
-/// So many of the first splitters are set by the scanner for whole volumes.
-pub(super) const N_SETTINGS: usize = 3;
+/// The splitters that are set for whole volumes: no volume has them change from slice to slice and
+/// back.
+pub(super) const SETTINGS: [usize; 5] = [0, ECHO_NUMBER, 2, 3, 9];
 
 /// The splitter that numbers echoes.
 pub(super) const ECHO_NUMBER: usize = 1;
@@ -133,6 +141,9 @@ pub(super) const IMAGE_TYPE: usize = 4;
 
 /// The splitter that is a time of day.
 pub(super) const CLOCK: usize = SPLITTERS.len() - 1;
+
+/// Said of captures that are meshed.
+const CAPTURE: &str = "secondary captures, taken for slices: each says where it lies";
 
 /// Reads one file's header.
 pub(super) fn scan_file(blob: Blob, name: String) -> Scanned {
@@ -180,10 +191,14 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
     };
     let photometric = header::text(header, tags::PHOTOMETRIC_INTERPRETATION);
     let samples = header::integer(header, tags::SAMPLES_PER_PIXEL, "SamplesPerPixel")?;
+    let mut is_capture = false;
     if let Some(what) =
         set_aside::with_pixels(class.as_deref(), &image_type, samples, photometric.as_deref())
     {
-        return Ok(Scanned::Aside { what, series });
+        if what != What::SecondaryCapture || !groups::is_placed(header) {
+            return Ok(Scanned::Aside { what, series });
+        }
+        is_capture = true;
     }
     let layout = Layout::read(header, walked, &element)?;
     let n_frames = match header::integer(header, tags::NUMBER_OF_FRAMES, "NumberOfFrames")? {
@@ -219,7 +234,7 @@ fn read(blob: Blob, name: String, walked: &Walked, header: &Item) -> Result<Scan
             .flatten()
             .unwrap_or(0),
         padding,
-        odd: Vec::new(),
+        odd: if is_capture { vec![CAPTURE] } else { Vec::new() },
         fault,
         frames,
     })))

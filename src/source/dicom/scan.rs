@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::blob::{Blob, Shared};
 use super::error::{DicomError, FileFault};
-use super::instance::{Scanned, scan_file};
+use super::instance::{Instance, Scanned, scan_file};
 use super::set_aside::{SetAside, What};
 use super::study::Study;
 use crate::cancel::Cancel;
@@ -171,7 +171,7 @@ pub(super) fn sort_out(
     options: &ScanOptions<'_>,
 ) -> Result<Study, Error> {
     let n_files = scanned.len();
-    let (mut instances, mut asides, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut instances, mut asides, mut faults) = (Vec::<Instance>::new(), Vec::new(), Vec::new());
     for (name, scanned) in scanned {
         let name = name.to_string_lossy().into_owned();
         match scanned {
@@ -181,6 +181,12 @@ pub(super) fn sort_out(
                 set_aside(&mut asides, what, series, name);
             }
             Scanned::Broken { series_uid, fault } => faults.push((name, series_uid, fault)),
+        }
+    }
+    // Pictures of slices are no slices beside any.
+    if instances.iter().any(|i| !i.is_capture()) {
+        for i in instances.extract_if(.., |i| i.is_capture()) {
+            set_aside(&mut asides, What::SecondaryCapture, i.series_number, i.name);
         }
     }
     let only_foreign = asides.iter().all(|a| matches!(a.what, What::Foreign));

@@ -53,7 +53,7 @@ struct Key<'a> {
 
 /// What names a series.
 #[derive(PartialEq, Eq, Hash)]
-struct SeriesKey<'a> {
+pub(super) struct SeriesKey<'a> {
     uid: &'a str,
     /// Two studies may hold one SeriesInstanceUID: exports that count series from 1.
     study: Option<&'a str>,
@@ -61,7 +61,7 @@ struct SeriesKey<'a> {
     instead: Option<(Option<&'a str>, Option<&'a str>)>,
 }
 
-fn series_key(instance: &Instance) -> SeriesKey<'_> {
+pub(super) fn series_key(instance: &Instance) -> SeriesKey<'_> {
     SeriesKey {
         uid: &instance.series_uid,
         study: instance.study_uid.as_deref(),

@@ -1,4 +1,4 @@
-//! Echoes and time points whose slices lie beside each other, not at the same positions (a table
+//! Echoes, time points, b-values and kernels whose slices lie beside each other, not at the same positions (a table
 //! that came back elsewhere, a patient who was moved): no position holds two images, and without a
 //! look at what the scanner was set to they would be taken for one volume of thinner slices. Sets
 //! are split only where that is plain: slices of one volume differ in their settings too, station by
@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::instance::{ECHO_NUMBER, Instance, N_SETTINGS};
+use super::instance::{ECHO_NUMBER, Instance};
 use super::order::{self, Facing};
 use super::series::{FrameRef, Group};
 use super::split::{Labels, SHARE, divide};
@@ -21,14 +21,14 @@ const OTHER_TIME: f64 = 0.02;
 /// packages could be sets.
 const LEAST_WHOLE: usize = 4;
 
-/// One part for each echo or time point, where each is an even grid by itself, all have about as
+/// One part for each echo, time point, b-value or kernel, where each is an even grid by itself, all have about as
 /// many slices, and they lie within each other; the last one may be what there is of a repeat that
 /// was broken off. Numbers and times of acquisitions say nothing here: slices that are taken in
 /// interleaved packages have several.
 pub(super) fn sets(group: &Group, instances: &[Instance], all: &[Labels]) -> Option<Vec<Group>> {
     // Numbers of echoes that have one time between them number something else.
     let one_time = all.first().is_some_and(|times| times.values().len() == 1 && times.is_given());
-    let settings = all.iter().take(N_SETTINGS).enumerate();
+    let settings = all.iter().enumerate().filter(|(_, labels)| labels.is_setting);
     let settings = settings.filter(|(slot, _)| !(one_time && *slot == ECHO_NUMBER));
     settings.into_iter().find_map(|(_, labels)| by_setting(group, instances, labels))
 }

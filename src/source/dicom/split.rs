@@ -1,13 +1,13 @@
 //! What a series mixes at the same positions (echoes, phases, tube voltages, repeats) becomes
-//! volumes of their own. Where positions hold one image each, only echoes and time points that lie
-//! beside each other are split (`shifted`).
+//! volumes of their own. Where positions hold one image each, only what the scanner was set to for
+//! whole volumes (echoes, time points, ...) and lies beside each other is split (`shifted`).
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::ops::Range;
 
 use super::image_type;
-use super::instance::{CLOCK, Frame, IMAGE_TYPE, Instance, N_SETTINGS, SPLITTERS};
+use super::instance::{CLOCK, Frame, IMAGE_TYPE, Instance, SETTINGS, SPLITTERS};
 use super::series::{FrameRef, Group, sort};
 use super::shifted;
 
@@ -58,7 +58,7 @@ pub(super) fn split(group: Group, instances: &[Instance]) -> Vec<Group> {
 pub(super) struct Labels {
     name: String,
     /// Set by the scanner for whole volumes.
-    is_setting: bool,
+    pub(super) is_setting: bool,
     is_clock: bool,
     is_image_type: bool,
     of: Vec<String>,
@@ -106,15 +106,17 @@ fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Ve
             let (instance, frame) = r.get(instances)?;
             label(instance, frame)
         };
-        let is_setting = slot.is_some_and(|slot| slot < N_SETTINGS);
+        let is_setting = slot.is_some_and(|slot| SETTINGS.contains(&slot));
         let plain = |label: String| if is_setting { as_number(label) } else { label };
         let of = group.frames.iter().map(|r| own(r).map(plain).unwrap_or_default()).collect();
         let (is_clock, is_image_type) = (slot == Some(CLOCK), slot == Some(IMAGE_TYPE));
         Labels { name, is_setting, is_clock, is_image_type, of }
     };
     let mut all = Vec::new();
-    let n_splitters = if settings_alone { N_SETTINGS } else { SPLITTERS.len() };
-    for (slot, name) in SPLITTERS.iter().enumerate().take(n_splitters) {
+    for (slot, name) in SPLITTERS.iter().enumerate() {
+        if settings_alone && !SETTINGS.contains(&slot) {
+            continue;
+        }
         let label = |_: &Instance, f: &Frame| f.mixed.get(slot).cloned().flatten();
         all.push(each((*name).to_owned(), Some(slot), &label));
     }
@@ -145,7 +147,7 @@ const MOST_DIMENSIONS: usize = 16;
 enum Parts {
     /// A volume each.
     Whole,
-    /// A volume each but for the last, a repeat that was broken off.
+    /// A volume each but for the first or the last, a repeat that was broken off.
     BrokenOff,
     /// Stacks that share a few positions, as a table that goes to and fro makes them. Numbers of
     /// acquisitions count blocks of slices as well.
@@ -161,14 +163,15 @@ fn by_value(
 ) -> Option<Vec<Group>> {
     let values = labels.values();
     let mut covered = vec![0_usize; values.len()];
-    // Positions of the last value that no other one has.
-    let mut alone = 0_usize;
+    // Positions that no other value has.
+    let mut alone = vec![0_usize; values.len()];
     for run in runs {
         let own: HashSet<&String> = labels.of.get(run.clone())?.iter().collect();
-        alone += usize::from(own.len() == 1 && own.contains(*values.last()?));
+        let is_alone = own.len() == 1;
         for label in own {
             let at = values.binary_search_by(|v| labels.compare(v, label)).ok()?;
             *covered.get_mut(at)? += 1;
+            *alone.get_mut(at)? += usize::from(is_alone);
         }
     }
     if of != Parts::BrokenOff {
@@ -178,15 +181,17 @@ fn by_value(
         };
         return are_whole.then(|| divide(group, labels, &values)).flatten();
     }
-    // Words and times of day do not say which repeat was the last.
+    // Words and times of day do not say which repeat was the first or the last.
     let counts = !labels.is_clock && values.iter().all(|value| value.parse::<f64>().is_ok());
-    let (_, whole) = covered.split_last()?;
+    let broken = if covered.first() < covered.last() { 0 } else { covered.len().checked_sub(1)? };
     let share = SHARE * runs.len() as f64;
-    if !counts || alone > 0 || whole.is_empty() || whole.iter().any(|&n| (n as f64) < share) {
+    let is_whole = |(at, &n): (usize, &usize)| at == broken || n as f64 >= share;
+    let are_whole = covered.len() > 1 && covered.iter().enumerate().all(is_whole);
+    if !counts || *alone.get(broken)? > 0 || !are_whole {
         return None;
     }
     let mut parts = divide(group, labels, &values)?;
-    parts.last_mut()?.broken_off = true;
+    parts.get_mut(broken)?.broken_off = true;
     Some(parts)
 }
 
