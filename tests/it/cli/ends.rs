@@ -265,3 +265,16 @@ fn one_signal_ends_a_wait_for_the_rest_of_a_stream() {
         assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
     }
 }
+
+/// `/dev/full` takes nothing, as a full disk does.
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    let sandbox = Sandbox::new();
+    for words in [&["--help"][..], &["--version"], &["info", "--help"], &["help"], &["man"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = sandbox.command(words).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {}", stderr(&output));
+        assert!(stderr(&output).starts_with("error: standard output: "), "{}", stderr(&output));
+    }
+}
