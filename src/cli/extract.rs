@@ -11,6 +11,7 @@ use super::job::{Destination, Found, Scan, Target};
 use super::level::{self, Chosen, Level};
 use super::options::Extract;
 use super::report::Done;
+use super::signals::while_taken;
 use super::trouble::Trouble;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind, is_too_many_open};
@@ -183,7 +184,7 @@ impl Work<'_> {
         let mut made: Vec<(usize, Made)> = Vec::new();
         let mut begun: Vec<(Member<'_>, MeshFile)> = Vec::new();
         for member in members {
-            match create(&member.target.output, extract) {
+            match while_taken(|| create(&member.target.output, extract)) {
                 Ok(file) => begun.push((member, file)),
                 Err(error) => made.push((member.at, Err(among(&error, n_members)))),
             }
@@ -244,7 +245,7 @@ impl Work<'_> {
         place: &Place,
     ) -> Result<Done, Error> {
         let output = member.target.output.clone();
-        file.commit().map_err(|e| at(&output, e))?;
+        while_taken(|| file.commit()).map_err(|e| at(&output, e))?;
         let mut notes: Vec<Note> = member.note.into_iter().collect();
         notes.extend(meta.notes.iter().cloned());
         notes.extend(report.notes.iter().cloned());

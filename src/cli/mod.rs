@@ -49,15 +49,17 @@ pub fn main() -> ExitCode {
     };
     let term = Term::new(&cli.common);
     let cancel = match cli.command {
-        None | Some(Command::Info(_) | Command::Phantom(_)) => signals::cancel_on_signals(),
-        Some(Command::Check(_) | Command::Completions { .. } | Command::Man) => {
+        None | Some(Command::Info(_) | Command::Check(_) | Command::Phantom(_)) => {
+            signals::cancel_on_signals()
+        }
+        Some(Command::Completions { .. } | Command::Man) => {
             signals::end_on_signals();
             Cancel::new()
         }
     };
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, term, &cancel),
-        Some(Command::Check(args)) => Ok(check::run(&args)),
+        Some(Command::Check(args)) => Ok(check::run(&args, &cancel)),
         Some(Command::Phantom(args)) => phantom::run(&args, term, &cancel),
         Some(Command::Completions { shell }) => {
             let mut script = Vec::new();
