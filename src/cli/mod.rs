@@ -11,6 +11,7 @@ mod info;
 mod input;
 mod job;
 mod level;
+mod man;
 mod options;
 mod pattern;
 mod phantom;
@@ -66,12 +67,7 @@ pub fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "mcubes", &mut script);
             Ok(Term::text(&String::from_utf8_lossy(&script)))
         }
-        Some(Command::Man) => {
-            let mut page = Vec::new();
-            // Writing to memory cannot fail.
-            let _ = clap_mangen::Man::new(Cli::command()).render(&mut page);
-            Ok(Term::text(&String::from_utf8_lossy(&page)))
-        }
+        Some(Command::Man) => Ok(Term::text(&man::page())),
         None => options::run(&cli.extract).and_then(|run| batch::run(&run, term, &cancel)),
     };
     match result {

@@ -299,6 +299,15 @@ fn help_fits_a_screen_wide_and_completions_and_manual_know_every_option() {
     assert!(help.contains("{patient_id} {patient_name}"), "{help}");
     let script = String::from_utf8(sandbox.run(&["completions", "bash"]).stdout).unwrap();
     let manual = String::from_utf8(sandbox.run(&["man"]).stdout).unwrap();
+    // Each command has its part, and examples stand as they do in the help.
+    for line in [".SH \"MCUBES CHECK\"", ".SH \"MCUBES PHANTOM\"", ".SS SYNOPSIS", ".nf", ".fi"] {
+        assert!(manual.lines().any(|of_manual| of_manual == line), "{line}");
+    }
+    assert!(manual.contains("\\-\\-noise"), "{manual}");
+    let examples = help.lines().filter(|line| line.starts_with("  mcubes "));
+    for example in examples.map(|line| format!("\\&{}", line.replace('-', "\\-"))) {
+        assert!(manual.lines().any(|line| line == example), "{example}");
+    }
     let options = help.split_whitespace().filter(|word| word.starts_with("--"));
     let options: BTreeSet<&str> = options
         .map(|word| word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric()))
