@@ -78,6 +78,8 @@ pub(crate) struct Run {
     /// A mesh for each.
     pub(crate) levels: Vec<Level>,
     pub(crate) output: Output,
+    /// The file that options came from, which no mesh may replace.
+    pub(crate) config: Option<PathBuf>,
     pub(crate) pattern: Option<Pattern>,
     pub(crate) recursive: bool,
     pub(crate) resume: bool,
@@ -140,6 +142,7 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         extract,
         levels,
         output,
+        config: args.config.clone(),
         pattern,
         recursive: args.batch.recursive,
         resume: args.batch.resume,

@@ -174,7 +174,7 @@ pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
         })
         .collect();
     jobs.sort_by(|a, b| a.scan.order().cmp(&b.scan.order()));
-    clash::refuse(&jobs)?;
+    clash::refuse(&jobs, run.config.as_deref())?;
     Ok(jobs)
 }
 

@@ -40,6 +40,9 @@ fn no_mesh_takes_the_place_of_a_file_that_is_read() {
     refuses(&sandbox, &format!("k.nii {stl} k.img"), &format!("k.img: {read} k.nii is read from"));
     let said = format!("study/{slice}: {read} study is read from");
     refuses(&sandbox, &format!("study {stl} study/{slice}"), &said);
+    std::fs::write(sandbox.path("bones.toml"), "iso = 50\n").unwrap();
+    let words = "k.nii --format stl --config bones.toml -o ./bones.toml";
+    refuses(&sandbox, words, "./bones.toml: the output is the file of --config");
     // The mesh of one scan in the place of another scan.
     let words = "in/a in/x.stl --iso 50 -o in --name {file}";
     refuses(&sandbox, words, "in/x.stl: the output is the input");
