@@ -35,8 +35,10 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
             let (a, b) = (other.shown(), job.scan.shown());
             let hint = if other.path == job.scan.path {
                 "an input or an --iso given twice? {series} and {iso} in --name tell the meshes of one input apart"
-            } else {
+            } else if other.below() != job.scan.below() {
                 "--name '{parent}/{file}' keeps folders and extensions apart"
+            } else {
+                "no --name tells them apart: rename one, or mesh them into two folders"
             };
             let both = if a == b { format!("two meshes of {a}") } else { format!("{a} and {b}") };
             return Err(Usage::new(format!("{both} would both be {}", path.display())).hint(hint));
