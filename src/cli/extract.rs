@@ -17,7 +17,7 @@ use crate::cancel::Cancel;
 use crate::error::{Error, Kind, is_too_many_open};
 use crate::geom::{Grid, Place, Space};
 use crate::pipeline::{self, Progress, Report, RunError, RunOptions, Side, SurfaceOptions};
-use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink, SinkError};
+use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink};
 use crate::source::{self, SourceError, Volume, is_active};
 use crate::volume::{Meta, Note, StoredType};
 
@@ -292,15 +292,11 @@ fn place(grid: &Grid, space: Space) -> Result<Place, Error> {
     })
 }
 
-/// Starts a mesh file, and the folders that it is to stand in.
+/// Starts a mesh file; the folders that it is to stand in are made with it.
 fn create(output: &Destination, extract: &Extract) -> Result<MeshFile, Error> {
     let file = match output {
         Destination::Stdout => MeshFile::stdout(&extract.mesh),
-        Destination::File(path) => path
-            .parent()
-            .map_or(Ok(()), std::fs::create_dir_all)
-            .map_err(SinkError::Io)
-            .and_then(|()| MeshFile::create(path, &extract.mesh)),
+        Destination::File(path) => MeshFile::create_with_folders(path, &extract.mesh),
     };
     file.map_err(|e| at(output, e))
 }
