@@ -54,13 +54,8 @@ impl Target {
             _ => {}
         }
         let path = follow(path).map_err(SinkError::Io)?;
-        let mut folder = folder_of(&path);
-        if makes_folders {
-            folder = nearest(folder);
-            if !folder.is_dir() {
-                return Err(SinkError::Io(io::ErrorKind::NotADirectory.into()));
-            }
-        }
+        let folder = folder_of(&path);
+        let folder = if makes_folders { nearest(folder) } else { folder };
         if !folder.is_dir() {
             return Err(SinkError::NoFolder(folder.to_owned()));
         }
@@ -181,9 +176,10 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The folder itself, or what there is above it.
+/// The folder itself, or what there is above it, which may be no folder: a file, a link to nothing.
 fn nearest(folder: &Path) -> &Path {
-    folder.ancestors().find(|above| above.exists()).unwrap_or(Path::new("."))
+    let mut above = folder.ancestors();
+    above.find(|above| above.symlink_metadata().is_ok()).unwrap_or(Path::new("."))
 }
 
 /// The path at the end of a row of symbolic links, which need not exist.
