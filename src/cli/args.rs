@@ -11,7 +11,8 @@ use super::value;
 use crate::phantom::Shape;
 use crate::volume::StoredType;
 
-const EXAMPLES: &str = "\
+/// What stands below the help.
+pub(crate) const EXAMPLES: &str = "\
 Examples:
   mcubes head.nii.gz --iso 300 -o skull.stl        a CT head's bone
   mcubes study/ --iso 300 -o skull.ply             a DICOM folder's largest series

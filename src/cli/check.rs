@@ -2,24 +2,31 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
 use super::args::CheckArgs;
 use super::report::{failed, measured};
 use super::term::Term;
-use crate::error::{Kind, readable};
+use crate::cancel::Cancel;
+use crate::error::{Error, Kind, readable};
 use crate::mesh::{Defects, Topology};
+use crate::pipeline::RunError;
 use crate::reader;
-use crate::source::grouped;
+use crate::source::{SourceError, grouped};
+
+/// How often a look is taken at whether the user wants to stop.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Looks at each mesh in turn; an error where one cannot be read or has a defect.
-pub(crate) fn run(args: &CheckArgs) -> Result<(), Kind> {
+pub(crate) fn run(args: &CheckArgs, cancel: &Cancel) -> Result<(), Kind> {
     let mut result = Ok(());
     for path in &args.meshes {
-        match reader::read(path) {
-            Ok(mesh) => {
-                let topology = mesh.topology();
+        match look(path, cancel) {
+            Ok(topology) => {
                 if !is_ok(&topology) {
                     result = Err(Kind::Internal);
                 }
@@ -37,10 +44,34 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Kind> {
                     Term::json(&failed("mcubes-check/1", &input, &(&error).into())).ok();
                 }
                 result = Err(error.kind());
+                if error.kind() == Kind::Interrupted {
+                    break;
+                }
             }
         }
     }
     result
+}
+
+/// Reads a mesh and measures it, on a thread of its own: neither looks at a flag. Where the user stops
+/// first the thread is left behind, and ends with the process.
+fn look(path: &Path, cancel: &Cancel) -> Result<Topology, Error> {
+    let (send, looked_at) = sync_channel(1);
+    let of = path.to_owned();
+    let work = move || send.send(reader::read(&of).map(|mesh| mesh.topology()));
+    let name = "mesh".to_owned();
+    let thread = thread::Builder::new().name(name).spawn(work);
+    thread.map_err(|e| Error::at(path, SourceError::Io(e)))?;
+    loop {
+        match looked_at.recv_timeout(LOOK) {
+            Ok(looked_at) => return looked_at,
+            Err(RecvTimeoutError::Timeout) if !cancel.is_raised() => {}
+            Err(RecvTimeoutError::Timeout) => return Err(Error::at(path, RunError::Interrupted)),
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(Error::at(path, RunError::Internal("the look at a mesh ended early")));
+            }
+        }
+    }
 }
 
 fn is_ok(topology: &Topology) -> bool {

@@ -11,12 +11,13 @@ use super::job::{Destination, Found, Scan, Target};
 use super::level::{self, Chosen, Level};
 use super::options::Extract;
 use super::report::Done;
+use super::signals::while_taken;
 use super::trouble::Trouble;
 use crate::cancel::Cancel;
 use crate::error::{Error, Kind, is_too_many_open};
 use crate::geom::{Grid, Place, Space};
 use crate::pipeline::{self, Progress, Report, RunError, RunOptions, SurfaceOptions};
-use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink, SinkError};
+use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink};
 use crate::source::{self, SourceError, Volume, is_active};
 use crate::volume::{Inside, Meta, Note, StoredType};
 
@@ -183,7 +184,7 @@ impl Work<'_> {
         let mut made: Vec<(usize, Made)> = Vec::new();
         let mut begun: Vec<(Member<'_>, MeshFile)> = Vec::new();
         for member in members {
-            match create(&member.target.output, extract) {
+            match while_taken(|| create(&member.target.output, extract)) {
                 Ok(file) => begun.push((member, file)),
                 Err(error) => made.push((member.at, Err(among(&error, n_members)))),
             }
@@ -244,7 +245,7 @@ impl Work<'_> {
         place: &Place,
     ) -> Result<Done, Error> {
         let output = member.target.output.clone();
-        file.commit().map_err(|e| at(&output, e))?;
+        while_taken(|| file.commit()).map_err(|e| at(&output, e))?;
         let mut notes: Vec<Note> = member.note.into_iter().collect();
         notes.extend(meta.notes.iter().cloned());
         notes.extend(report.notes.iter().cloned());
@@ -291,15 +292,11 @@ fn place(grid: &Grid, space: Space) -> Result<Place, Error> {
     })
 }
 
-/// Starts a mesh file, and the folders that it is to stand in.
+/// Starts a mesh file; the folders that it is to stand in are made with it.
 fn create(output: &Destination, extract: &Extract) -> Result<MeshFile, Error> {
     let file = match output {
         Destination::Stdout => MeshFile::stdout(&extract.mesh),
-        Destination::File(path) => path
-            .parent()
-            .map_or(Ok(()), std::fs::create_dir_all)
-            .map_err(SinkError::Io)
-            .and_then(|()| MeshFile::create(path, &extract.mesh)),
+        Destination::File(path) => MeshFile::create_with_folders(path, &extract.mesh),
     };
     file.map_err(|e| at(output, e))
 }

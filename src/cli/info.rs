@@ -213,8 +213,11 @@ fn values(out: &mut String, survey: &Survey) -> std::fmt::Result {
         Some((low, high)) => writeln!(out, "  range        {} to {}", number(low), number(high))?,
         None => writeln!(out, "  range        no finite value")?,
     }
-    if survey.n_nan > 0 {
-        writeln!(out, "  NaN          {} samples", grouped(survey.n_nan))?;
+    for (name, n) in [("NaN", survey.n_nan), ("infinite", survey.n_infinite)] {
+        if n > 0 {
+            let s = if n == 1 { "" } else { "s" };
+            writeln!(out, "  {name:<12} {} sample{s}", grouped(n))?;
+        }
     }
     histogram(out, survey)?;
     for suggestion in survey.suggested() {

@@ -11,6 +11,7 @@ mod info;
 mod input;
 mod job;
 mod level;
+mod man;
 mod options;
 mod pattern;
 mod phantom;
@@ -49,27 +50,24 @@ pub fn main() -> ExitCode {
     };
     let term = Term::new(&cli.common);
     let cancel = match cli.command {
-        None | Some(Command::Info(_) | Command::Phantom(_)) => signals::cancel_on_signals(),
-        Some(Command::Check(_) | Command::Completions { .. } | Command::Man) => {
+        None | Some(Command::Info(_) | Command::Check(_) | Command::Phantom(_)) => {
+            signals::cancel_on_signals()
+        }
+        Some(Command::Completions { .. } | Command::Man) => {
             signals::end_on_signals();
             Cancel::new()
         }
     };
     let result = match cli.command {
         Some(Command::Info(args)) => info::run(&args, term, &cancel),
-        Some(Command::Check(args)) => Ok(check::run(&args)),
+        Some(Command::Check(args)) => Ok(check::run(&args, &cancel)),
         Some(Command::Phantom(args)) => phantom::run(&args, term, &cancel),
         Some(Command::Completions { shell }) => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "mcubes", &mut script);
             Ok(Term::text(&String::from_utf8_lossy(&script)))
         }
-        Some(Command::Man) => {
-            let mut page = Vec::new();
-            // Writing to memory cannot fail.
-            let _ = clap_mangen::Man::new(Cli::command()).render(&mut page);
-            Ok(Term::text(&String::from_utf8_lossy(&page)))
-        }
+        Some(Command::Man) => Ok(Term::text(&man::page())),
         None => options::run(&cli.extract).and_then(|run| batch::run(&run, term, &cancel)),
     };
     match result {

@@ -78,6 +78,8 @@ pub(crate) struct Run {
     /// A mesh for each.
     pub(crate) levels: Vec<Level>,
     pub(crate) output: Output,
+    /// The file that options came from, which no mesh may replace.
+    pub(crate) config: Option<PathBuf>,
     pub(crate) pattern: Option<Pattern>,
     pub(crate) recursive: bool,
     pub(crate) resume: bool,
@@ -115,12 +117,15 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         stdin(&inputs, &reading)?;
     }
     once(&inputs, &levels)?;
-    let is_many = inputs.len() > 1
-        || levels.len() > 1
-        || args.batch.recursive
-        || reading.all_series
-        || args.batch.name.is_some();
-    let output = output(args, is_many)?;
+    let many = [
+        (inputs.len() > 1, format!("{} inputs", inputs.len())),
+        (levels.len() > 1, format!("{} iso values", levels.len())),
+        (args.batch.recursive, "--recursive".to_owned()),
+        (reading.all_series, "--series all".to_owned()),
+        (args.batch.name.is_some(), "--name".to_owned()),
+    ];
+    let many = many.iter().find_map(|(is_given, what)| is_given.then_some(what.as_str()));
+    let output = output(args, many)?;
     if args.batch.resume && !matches!(output, Output::Folder(_)) {
         return Err(Usage::new("--resume keeps its record in an output folder").hint("-o meshes/"));
     }
@@ -137,6 +142,7 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         extract,
         levels,
         output,
+        config: args.config.clone(),
         pattern,
         recursive: args.batch.recursive,
         resume: args.batch.resume,
@@ -272,7 +278,8 @@ fn raw(args: &ReadingArgs) -> Result<Option<RawOptions>, Usage> {
     }
 }
 
-fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
+/// Understands `--output`; `many` is what asks for more than one mesh.
+fn output(args: &ExtractArgs, many: Option<&str>) -> Result<Output, Usage> {
     let Some(path) = &args.output.output else {
         if args.batch.dry_run {
             return Ok(Output::Folder(PathBuf::from(".")));
@@ -285,27 +292,26 @@ fn output(args: &ExtractArgs, is_many: bool) -> Result<Output, Usage> {
         if args.output.json {
             return Err(both_on_stdout(path, "mesh"));
         }
-        if is_many {
-            return Err(Usage::new("standard output holds one mesh").hint("-o meshes/"));
+        if let Some(many) = many {
+            let message = format!("{many}: many meshes need a folder, standard output holds one");
+            return Err(Usage::new(message).hint("-o meshes/"));
         }
         return Ok(Output::Stdout);
     }
     let shown = path.display();
     let ends_as_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
-    if path.is_dir() || ends_as_folder || is_many && Format::from_path(path).is_none() {
+    if path.is_dir() || ends_as_folder || many.is_some() && Format::from_path(path).is_none() {
         // Without the / at its end.
         let plain = path.components().as_path();
-        if plain.exists() && !plain.is_dir() {
-            return Err(Usage::new(format!("{shown}: is a file, a folder is wanted")));
-        }
-        let above = if path.is_dir() { path } else { folder_of(path) };
-        if !args.batch.dry_run && !above.is_dir() {
+        let above = if path.is_dir() || plain.exists() { plain } else { folder_of(plain) };
+        let is_needed = !args.batch.dry_run || in_the_way(above).is_some();
+        if is_needed && !above.is_dir() {
             return Err(no_folder(above, path));
         }
         return Ok(Output::Folder(path.clone()));
     }
-    if is_many {
-        return Err(Usage::new(format!("{shown}: many meshes need a folder"))
+    if let Some(many) = many {
+        return Err(Usage::new(format!("{many}: many meshes need a folder, {shown} is a file"))
             .hint(format!("-o {}/", path.with_extension("").display())));
     }
     let folder = folder_of(path);
@@ -331,8 +337,16 @@ pub(crate) fn is_stdout(path: &Path) -> bool {
     names.contains(&path) || is_same_file(path, names[0])
 }
 
-/// A folder that is missing; `wanted` is what making would help.
+/// What stands where a folder is wanted, or one above it.
+fn in_the_way(folder: &Path) -> Option<&Path> {
+    folder.ancestors().find(|above| above.exists()).filter(|above| !above.is_dir())
+}
+
+/// A folder that is missing; `wanted` is what making would help, unless a file is in the way.
 pub(crate) fn no_folder(missing: &Path, wanted: &Path) -> Usage {
+    if let Some(file) = in_the_way(missing) {
+        return Usage::new(format!("{}: is a file, a folder is wanted", file.display()));
+    }
     Usage::new(format!("{}: there is no such folder", missing.display()))
         .hint(format!("mkdir -p {}", wanted.display()))
 }

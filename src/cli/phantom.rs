@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::args::PhantomArgs;
 use super::options::{self, both_on_stdout, is_dash, is_stdout};
 use super::report::{affine, measured};
+use super::signals::while_taken;
 use super::term::Term;
 use super::usage::Usage;
 use crate::cancel::Cancel;
@@ -32,7 +33,11 @@ pub(crate) fn run(
         stored: args.stored,
     };
     let begun = Instant::now();
-    let made = phantom.write(path, threads, cancel).and_then(|()| {
+    let write = || phantom.write(path, threads, cancel);
+    // A file is written with looks at the flag, and may be half there.
+    let is_file = path.is_some_and(|path| path.is_file() || !path.exists());
+    let written = if is_file { write() } else { while_taken(write) };
+    let made = written.and_then(|()| {
         let object = done(&phantom, &args.output, begun.elapsed().as_secs_f64());
         object.map_err(|e| Error::at(&args.output, e))
     });

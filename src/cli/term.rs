@@ -6,6 +6,7 @@ use std::io::{IsTerminal, Write};
 use anstyle::{AnsiColor, Style};
 
 use super::args::{CommonArgs, When};
+use super::signals::while_taken;
 use super::trouble::Trouble;
 use super::usage::Usage;
 use crate::error::{Error, Kind};
@@ -59,26 +60,26 @@ impl Term {
 
     pub(crate) fn summary(self, line: &str) {
         if !self.quiet {
-            let _ = writeln!(anstream::stderr(), "{line}");
+            Self::aside(format_args!("{line}\n"));
         }
     }
 
     pub(crate) fn details(self, lines: &str) {
         if self.verbose {
-            let _ = write!(anstream::stderr(), "{lines}");
+            Self::aside(format_args!("{lines}"));
         }
     }
 
     /// One object, one line, flushed.
     pub(crate) fn json(object: &serde_json::Value) -> Result<(), Kind> {
         let mut out = std::io::stdout().lock();
-        Self::told(writeln!(out, "{object}").and_then(|()| out.flush()))
+        Self::told(while_taken(|| writeln!(out, "{object}").and_then(|()| out.flush())))
     }
 
     /// Text that was asked for.
     pub(crate) fn text(text: &str) -> Result<(), Kind> {
         let mut out = anstream::stdout().lock();
-        Self::told(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+        Self::told(while_taken(|| out.write_all(text.as_bytes()).and_then(|()| out.flush())))
     }
 
     /// A reader that has closed its pipe wants no more, which is no error.
@@ -93,9 +94,14 @@ impl Term {
         }
     }
 
+    /// To standard error; where that fails there is nobody to tell.
+    fn aside(text: std::fmt::Arguments<'_>) {
+        let _ = while_taken(|| anstream::stderr().write_fmt(text));
+    }
+
     fn say(word: &str, color: AnsiColor, line: &str) {
         let style = Style::new().bold().fg_color(Some(color.into()));
-        let _ = writeln!(anstream::stderr(), "{style}{word}:{style:#} {}", one_line(line));
+        Self::aside(format_args!("{style}{word}:{style:#} {}\n", one_line(line)));
     }
 }
 

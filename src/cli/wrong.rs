@@ -10,7 +10,8 @@ use super::usage::Usage;
 /// Ends the process: with help or the version if that is what was asked for, else as wrong use.
 pub(super) fn end(error: &clap::Error) -> ! {
     if !error.use_stderr() {
-        error.exit();
+        let told = Term::text(&error.render().ansi().to_string());
+        exit(i32::from(told.is_err()));
     }
     Term::usage(&Usage { message: line(error), hint: Some(hint(error)) });
     exit(2)

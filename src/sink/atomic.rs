@@ -17,8 +17,8 @@ const MAX_LINKS: usize = 40;
 
 /// Where the bytes go when they are whole.
 enum Goal {
-    /// Renamed to this path.
-    Rename(NamedTempFile, PathBuf),
+    /// Renamed to this path; whether folders are made for it.
+    Rename(NamedTempFile, PathBuf, bool),
     /// Copied to a file that is open already.
     Copy(File, File),
     /// Copied to standard output.
@@ -34,6 +34,17 @@ impl Target {
     /// Prepares to write `path`. A symbolic link is followed: the file it points to is made or
     /// replaced, and the link stays.
     pub(crate) fn create(path: &Path) -> Result<Self, SinkError> {
+        Self::start(path, false)
+    }
+
+    /// The same, and makes the folders that are missing above it once the file is whole: one that
+    /// comes to nothing leaves no folder either. Until then its bytes lie in the nearest folder that
+    /// is there, on the file system that the new ones will be on.
+    pub(crate) fn create_with_folders(path: &Path) -> Result<Self, SinkError> {
+        Self::start(path, true)
+    }
+
+    fn start(path: &Path, makes_folders: bool) -> Result<Self, SinkError> {
         match fs::metadata(path) {
             Ok(found) if found.is_dir() => return Err(SinkError::IsFolder),
             Ok(found) if !found.is_file() || is_descriptor(path) => {
@@ -44,6 +55,7 @@ impl Target {
         }
         let path = follow(path).map_err(SinkError::Io)?;
         let folder = folder_of(&path);
+        let folder = if makes_folders { nearest(folder) } else { folder };
         if !folder.is_dir() {
             return Err(SinkError::NoFolder(folder.to_owned()));
         }
@@ -65,7 +77,7 @@ impl Target {
             let mode = fs::Permissions::from_mode(mode);
             let _ = file.as_file().set_permissions(mode);
         }
-        Ok(Self { goal: Goal::Rename(file, path) })
+        Ok(Self { goal: Goal::Rename(file, path, makes_folders) })
     }
 
     /// Prepares to write standard output.
@@ -76,7 +88,7 @@ impl Target {
     /// The file that takes the bytes for now, open for reading and writing.
     pub(crate) fn file(&self) -> &File {
         match &self.goal {
-            Goal::Rename(temporary, _) => temporary.as_file(),
+            Goal::Rename(temporary, ..) => temporary.as_file(),
             Goal::Copy(file, _) | Goal::Stdout(file) => file,
         }
     }
@@ -92,7 +104,7 @@ impl Target {
     /// The folder for further temporary files, where it is not the system's.
     pub(super) fn folder(&self) -> Option<&Path> {
         match &self.goal {
-            Goal::Rename(_, path) => Some(folder_of(path)),
+            Goal::Rename(temporary, ..) => Some(folder_of(temporary.path())),
             Goal::Copy(..) | Goal::Stdout(_) => None,
         }
     }
@@ -101,7 +113,10 @@ impl Target {
     /// which is no error.
     pub(crate) fn commit(self) -> Result<(), SinkError> {
         let copied = match self.goal {
-            Goal::Rename(temporary, path) => {
+            Goal::Rename(temporary, path, makes_folders) => {
+                if makes_folders {
+                    fs::create_dir_all(folder_of(&path)).map_err(SinkError::Io)?;
+                }
                 return match temporary.persist(path) {
                     Ok(_) => Ok(()),
                     Err(e) => Err(SinkError::Io(e.error)),
@@ -159,6 +174,12 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
+}
+
+/// The folder itself, or what there is above it, which may be no folder: a file, a link to nothing.
+fn nearest(folder: &Path) -> &Path {
+    let mut above = folder.ancestors();
+    above.find(|above| above.symlink_metadata().is_ok()).unwrap_or(Path::new("."))
 }
 
 /// The path at the end of a row of symbolic links, which need not exist.

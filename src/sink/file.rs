@@ -46,6 +46,15 @@ impl MeshFile {
         Self::start(Target::create(path)?, *options)
     }
 
+    /// As [`MeshFile::create`], and makes the folders that are missing above the file when it gets its
+    /// name.
+    ///
+    /// # Errors
+    /// What stands in the place of a folder is none, or the system does not let it be written.
+    pub fn create_with_folders(path: &Path, options: &MeshOptions) -> Result<Self, SinkError> {
+        Self::start(Target::create_with_folders(path)?, *options)
+    }
+
     /// Starts a file that goes to standard output when it is whole.
     ///
     /// # Errors

@@ -36,9 +36,18 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["a.nii", "--iso", "3", "-o", "x.foo"], "unknown extension .foo"),
         (vec!["a.nii", "--iso", "3", "-o", "x"], "no extension"),
         (vec!["a.nii", "--iso", "3", "-o", "no/x.stl"], "no: there is no such folder"),
-        (vec!["a.nii", "b.nii", "--iso", "3", "-o", "x.stl"], "many meshes need a folder"),
-        (vec!["a.nii", "--iso", "3", "--iso", "4", "-o", "x.stl"], "many meshes need a folder"),
-        (vec!["a.nii", "b.nii", "--iso", "3", "-o", "-"], "standard output holds one mesh"),
+        (
+            vec!["a.nii", "b.nii", "--iso", "3", "-o", "x.stl"],
+            "2 inputs: many meshes need a folder, x.stl is a file",
+        ),
+        (
+            vec!["a.nii", "--iso", "3", "--iso", "4", "-o", "x.stl"],
+            "2 iso values: many meshes need a folder",
+        ),
+        (
+            vec!["a.nii", "b.nii", "--iso", "3", "-o", "-"],
+            "2 inputs: many meshes need a folder, standard output holds one",
+        ),
         (vec!["a.nii", "-", "--iso", "3", "-o", "x/"], "goes with no other input"),
         (vec!["a.nii", "--iso", "3", "-o", "in.stl/"], "is a file"),
         (vec!["a.nii", "--iso", "3", "-o", "x.stl", "--resume"], "--resume keeps its record"),
@@ -73,6 +82,13 @@ fn wrong_use_is_status_2_before_any_input_is_opened() {
         (vec!["phantom", "torus-like", "-o", "x.nii"], "torus-like"),
         // That two meshes would have one name is known from inputs: the folder comes first.
         (vec!["in.stl", "in.stl", "--iso", "3", "-o", "no/x/"], "no: there is no such folder"),
+        // A folder of that name cannot be made: no hint.
+        (vec!["a", "--iso", "3", "-o", "in.stl/x.stl"], "in.stl: is a file, a folder is wanted\n"),
+        (
+            vec!["a", "b", "--iso", "3", "-o", "in.stl/x/y/"],
+            "in.stl: is a file, a folder is wanted\n",
+        ),
+        (vec!["phantom", "torus", "-o", "in.stl/x.nii"], "in.stl: is a file, a folder is wanted\n"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--volume", "0"], "must be at least 1"),
         (vec!["a", "--iso", "3", "-o", "x.stl", "--series", "0"], "counts from 1"),
         (vec!["a", "--iso", "3", "--mask", "1", "-o", "x.stl"], "cannot be used with"),
@@ -299,6 +315,15 @@ fn help_fits_a_screen_wide_and_completions_and_manual_know_every_option() {
     assert!(help.contains("{patient_id} {patient_name}"), "{help}");
     let script = String::from_utf8(sandbox.run(&["completions", "bash"]).stdout).unwrap();
     let manual = String::from_utf8(sandbox.run(&["man"]).stdout).unwrap();
+    // Each command has its part, and examples stand as they do in the help.
+    for line in [".SH \"MCUBES CHECK\"", ".SH \"MCUBES PHANTOM\"", ".SS SYNOPSIS", ".nf", ".fi"] {
+        assert!(manual.lines().any(|of_manual| of_manual == line), "{line}");
+    }
+    assert!(manual.contains("\\-\\-noise"), "{manual}");
+    let examples = help.lines().filter(|line| line.starts_with("  mcubes "));
+    for example in examples.map(|line| format!("\\&{}", line.replace('-', "\\-"))) {
+        assert!(manual.lines().any(|line| line == example), "{example}");
+    }
     let options = help.split_whitespace().filter(|word| word.starts_with("--"));
     let options: BTreeSet<&str> = options
         .map(|word| word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric()))

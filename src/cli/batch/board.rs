@@ -40,9 +40,10 @@ impl Board {
         self.looking.finish_and_clear();
     }
 
-    /// Prints with the bars out of the way.
+    /// Prints with the bars out of the way. Where none is drawn a print that nobody takes keeps no scan
+    /// from its end.
     pub(super) fn say<R>(&self, print: impl FnOnce() -> R) -> R {
-        self.bars.suspend(print)
+        if self.term.is_live() { self.bars.suspend(print) } else { print() }
     }
 
     /// The bar of the whole, where there is more than one scan.

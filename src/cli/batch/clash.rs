@@ -14,13 +14,15 @@ use crate::sink::folder_of;
 /// Whether the system's file systems mostly take names that differ only in case for one.
 const IGNORES_CASE: bool = cfg!(any(windows, target_os = "macos"));
 
+const OTHER_NAME: &str = "choose another name with -o or --name";
+
 /// Refuses meshes that would take each other's place, or that of an input.
 ///
 /// # Errors
 /// The first pair that clashes.
-pub(super) fn refuse(jobs: &[Job]) -> Result<(), Usage> {
+pub(super) fn refuse(jobs: &[Job], config: Option<&Path>) -> Result<(), Usage> {
     refuse_doubles(jobs)?;
-    refuse_inputs(jobs)
+    refuse_inputs(jobs, config)
 }
 
 fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
@@ -33,8 +35,10 @@ fn refuse_doubles(jobs: &[Job]) -> Result<(), Usage> {
             let (a, b) = (other.shown(), job.scan.shown());
             let hint = if other.path == job.scan.path {
                 "an input or an --iso given twice? {series} and {iso} in --name tell the meshes of one input apart"
-            } else {
+            } else if other.below() != job.scan.below() {
                 "--name '{parent}/{file}' keeps folders and extensions apart"
+            } else {
+                "no --name tells them apart: rename one, or mesh them into two folders"
             };
             let both = if a == b { format!("two meshes of {a}") } else { format!("{a} and {b}") };
             return Err(Usage::new(format!("{both} would both be {}", path.display())).hint(hint));
@@ -51,14 +55,19 @@ fn place(path: &Path, ignores_case: bool) -> Cow<'_, OsStr> {
     }
 }
 
-/// Holds every mesh against every file of every scan.
-fn refuse_inputs(jobs: &[Job]) -> Result<(), Usage> {
+/// Holds every mesh against the file of options and every file of every scan.
+fn refuse_inputs(jobs: &[Job], config: Option<&Path>) -> Result<(), Usage> {
     let outputs = jobs.iter().flat_map(|job| &job.targets).filter_map(|t| t.output.path());
     // Mostly none is there yet, and inputs need not be looked at.
     let there: HashMap<PathBuf, &Path> =
         outputs.filter_map(|path| Some((path.canonicalize().ok()?, path))).collect();
     if there.is_empty() {
         return Ok(());
+    }
+    let config = config.and_then(|path| there.get(&path.canonicalize().ok()?));
+    if let Some(path) = config {
+        let message = format!("{}: the output is the file of --config", path.display());
+        return Err(Usage::new(message).hint(OTHER_NAME));
     }
     let mut folders = Folders::default();
     let mut studies = HashSet::new();
@@ -82,7 +91,7 @@ fn refuse_inputs(jobs: &[Job]) -> Result<(), Usage> {
                     scan.shown()
                 ))
             }
-            .hint("choose another name with -o or --name"));
+            .hint(OTHER_NAME));
         }
     }
     Ok(())

@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
+use super::record::{Known, Record};
 use crate::cancel::Cancel;
 use crate::cli::job::{Found, Job, Target};
-use crate::cli::options::{Extract, Run};
+use crate::cli::options::{Extract, Output, Run};
 use crate::cli::term::{Term, one_line};
 use crate::cli::trouble::Trouble;
 use crate::cli::{extract, input, report};
@@ -24,7 +25,11 @@ pub(super) fn run(
     cancel: &Cancel,
 ) -> Result<(), Kind> {
     let mut result = Ok(());
-    let (mut n_meshes, mut n_failed) = (0, 0);
+    let (mut n_meshes, mut n_done, mut n_failed) = (0, 0, 0);
+    let record = match &run.output {
+        Output::Folder(folder) if run.resume => Some(Record::open(folder, run.shard, true)),
+        _ => None,
+    };
     let (first, step) = run.shard.unwrap_or((1, 1));
     for (at, job) in jobs.iter().enumerate() {
         // Which shard of as many as there are scans holds this one alone.
@@ -33,13 +38,24 @@ pub(super) fn run(
             Term::error(&Error::new(RunError::Interrupted));
             return Err(Kind::Interrupted);
         }
-        let told = match plan(run, job, cancel) {
+        let known = record.as_ref().map(|record| Known::of(record, &run.extract, &job.scan));
+        let is_done = |target: &&Target| known.as_ref().is_some_and(|known| known.is_done(target));
+        let (done, left): (Vec<&Target>, Vec<&Target>) = job.targets.iter().partition(is_done);
+        n_done += done.len();
+        if run.json {
+            let skipped = |target: &&Target| Term::json(&report::skipped(&job.scan, target));
+            result = result.and(done.iter().try_for_each(skipped));
+        }
+        if left.is_empty() {
+            continue;
+        }
+        let told = match plan(run, job, left.len(), cancel) {
             Ok(plan) => {
-                n_meshes += job.targets.len();
+                n_meshes += left.len();
                 if run.json {
-                    objects(job, &plan, &place).iter().try_for_each(Term::json)
+                    objects(job, &left, &plan, &place).iter().try_for_each(Term::json)
                 } else {
-                    Term::text(&text(job, &plan))
+                    Term::text(&text(job, &left, &plan))
                 }
             }
             Err(trouble) => {
@@ -58,7 +74,9 @@ pub(super) fn run(
         result = result.and(told);
     }
     let (es, s) = (if n_meshes == 1 { "" } else { "es" }, if n_failed == 1 { "" } else { "s" });
-    term.summary(&format!("{n_meshes} mesh{es} would be made; {n_failed} scan{s} cannot be read"));
+    let made = format!("{n_meshes} mesh{es} would be made");
+    let there = if run.resume { format!(", {n_done} skipped") } else { String::new() };
+    term.summary(&format!("{made}{there}; {n_failed} scan{s} cannot be read"));
     result
 }
 
@@ -72,7 +90,7 @@ struct Plan {
     triangles: u64,
 }
 
-fn plan(run: &Run, job: &Job, cancel: &Cancel) -> Result<Plan, Trouble> {
+fn plan(run: &Run, job: &Job, n_meshes: usize, cancel: &Cancel) -> Result<Plan, Trouble> {
     match &job.scan.volume {
         Found::Broken(trouble) => Err(trouble.clone()),
         _ if job.scan.is_read_once() => {
@@ -84,8 +102,7 @@ fn plan(run: &Run, job: &Job, cancel: &Cancel) -> Result<Plan, Trouble> {
             let Extract { steps, mask, surface, .. } = &run.extract;
             let volume = input::open_scan(&job.scan, &run.extract.reading, cancel)
                 .map_err(|e| e.or_at(&job.scan.path))?;
-            let memory =
-                extract::memory(&volume.meta, &run.extract, job.targets.len(), run.threads);
+            let memory = extract::memory(&volume.meta, &run.extract, n_meshes, run.threads);
             let volume =
                 steps.apply(volume, mask.as_deref()).map_err(|e| Error::at(&job.scan.path, e))?;
             let each = if surface.method == Method::Tetrahedra { 3 } else { 1 };
@@ -95,7 +112,7 @@ fn plan(run: &Run, job: &Job, cancel: &Cancel) -> Result<Plan, Trouble> {
     }
 }
 
-fn text(job: &Job, plan: &Plan) -> String {
+fn text(job: &Job, left: &[&Target], plan: &Plan) -> String {
     let Plan { meta, memory, triangles } = plan;
     let [nx, ny, nz] = meta.grid.dims.to_array();
     let mut text = format!(
@@ -107,7 +124,7 @@ fn text(job: &Job, plan: &Plan) -> String {
         meta.stored,
         memory.div_ceil(1 << 20),
     );
-    for target in &job.targets {
+    for target in left {
         let iso = report::asked(target.level).map_or(String::new(), |iso| format!("--iso {iso} "));
         let (output, about) = (one_line(&target.output.shown()), grouped(*triangles));
         // Writing to a string cannot fail.
@@ -116,9 +133,9 @@ fn text(job: &Job, plan: &Plan) -> String {
     text
 }
 
-fn objects(job: &Job, plan: &Plan, place: &Value) -> Vec<Value> {
+fn objects(job: &Job, left: &[&Target], plan: &Plan, place: &Value) -> Vec<Value> {
     let Plan { meta, memory, triangles } = plan;
-    let object = |target: &Target| {
+    let object = |target: &&Target| {
         json!({
             "schema": "mcubes/1",
             "status": "planned",
@@ -136,5 +153,5 @@ fn objects(job: &Job, plan: &Plan, place: &Value) -> Vec<Value> {
             "notes": meta.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
         })
     };
-    job.targets.iter().map(object).collect()
+    left.iter().map(object).collect()
 }

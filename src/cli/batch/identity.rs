@@ -17,16 +17,20 @@ const HEAD_BYTES: u64 = 4096;
 /// # Errors
 /// A file that cannot be read, or only once: what is read here would be missing from the volume.
 pub(super) fn of_input(scan: &Scan) -> io::Result<String> {
-    if scan.is_read_once() {
+    let files = scan.files();
+    if files.is_empty() {
         return Err(io::ErrorKind::Unsupported.into());
     }
-    let files = scan.files();
     let mut sum = crc32fast::Hasher::new();
     let (mut bytes, mut latest) = (0, 0);
     let mut head = Vec::new();
     for path in &files {
+        let facts = std::fs::metadata(path)?;
+        // To open a pipe is to wait for it.
+        if !facts.is_file() {
+            return Err(io::ErrorKind::Unsupported.into());
+        }
         let file = File::open(path)?;
-        let facts = file.metadata()?;
         let changed = facts.modified()?.duration_since(UNIX_EPOCH).map_or(0, |d| d.as_nanos());
         head.clear();
         file.take(HEAD_BYTES).read_to_end(&mut head)?;

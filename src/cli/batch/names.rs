@@ -37,6 +37,13 @@ impl Scan {
         folder_names(self.parent.as_deref().unwrap_or_else(typed)).collect()
     }
 
+    /// What `{parent}/{file}` stands for.
+    pub(super) fn below(&self) -> Vec<String> {
+        let mut names = self.folders();
+        names.push(tame(&self.file()));
+        names
+    }
+
     fn file(&self) -> String {
         let name = self.path.file_name().map(readable);
         // `.` and `..` have no name of their own.
@@ -174,7 +181,7 @@ pub(super) fn jobs(scans: Vec<Scan>, run: &Run) -> Result<Vec<Job>, Usage> {
         })
         .collect();
     jobs.sort_by(|a, b| a.scan.order().cmp(&b.scan.order()));
-    clash::refuse(&jobs)?;
+    clash::refuse(&jobs, run.config.as_deref())?;
     Ok(jobs)
 }
 

@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::{Value, json};
 
 use super::identity;
-use crate::cli::job::Target;
+use crate::cli::job::{Scan, Target};
 use crate::cli::options::Extract;
 
 /// How the record's files begin; each shard has one of its own, so that shards may run on machines
@@ -25,7 +25,7 @@ const SCHEMA: &str = "mcubes-done/1";
 
 /// What must be the same for a mesh to be believed.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Made {
+struct Made {
     version: &'static str,
     options: String,
     input: String,
@@ -33,7 +33,7 @@ pub(super) struct Made {
 
 impl Made {
     /// Of this input, as its identity says, with these options, by this version.
-    pub(super) fn new(extract: &Extract, target: &Target, input: String) -> Self {
+    fn new(extract: &Extract, target: &Target, input: String) -> Self {
         // Every option that decides the bytes is in here, whatever options there are.
         let options = format!("{extract:?} {:?}", target.level);
         Self { version: env!("CARGO_PKG_VERSION"), options, input }
@@ -60,7 +60,7 @@ impl Record {
     }
 
     /// Whether the mesh at `path` is there, whole, and made just so.
-    pub(super) fn has(&self, path: &Path, made: &Made) -> bool {
+    fn has(&self, path: &Path, made: &Made) -> bool {
         let lines = self.known.get(&self.key(path)).map(Vec::as_slice).unwrap_or_default();
         let mut alike = lines.iter().filter(|line| {
             line["version"] == made.version
@@ -76,7 +76,7 @@ impl Record {
     ///
     /// # Errors
     /// The mesh cannot be read back, the record not written.
-    pub(super) fn add(&self, path: &Path, made: &Made) -> io::Result<()> {
+    fn add(&self, path: &Path, made: &Made) -> io::Result<()> {
         let (size, crc32) = identity::of_output(path)?;
         let line = json!({
             "schema": SCHEMA,
@@ -99,6 +99,38 @@ impl Record {
     /// The mesh's path below the folder.
     fn key(&self, path: &Path) -> String {
         path.strip_prefix(&self.folder).unwrap_or(path).to_string_lossy().into_owned()
+    }
+}
+
+/// What a record knows of the meshes of one scan.
+pub(super) struct Known<'a> {
+    record: &'a Record,
+    extract: &'a Extract,
+    /// What the scan is read from, where that can be read again.
+    input: Option<String>,
+}
+
+impl<'a> Known<'a> {
+    pub(super) fn of(record: &'a Record, extract: &'a Extract, scan: &Scan) -> Self {
+        Self { record, extract, input: identity::of_input(scan).ok() }
+    }
+
+    fn made<'t>(&self, target: &'t Target) -> Option<(&'t Path, Made)> {
+        let input = self.input.clone()?;
+        Some((target.output.path()?, Made::new(self.extract, target, input)))
+    }
+
+    /// Whether the mesh is there already; never where there is no resuming.
+    pub(super) fn is_done(&self, target: &Target) -> bool {
+        self.made(target).is_some_and(|(path, made)| self.record.has(path, &made))
+    }
+
+    /// Writes down that the mesh is whole.
+    ///
+    /// # Errors
+    /// The mesh cannot be read back, the record not written.
+    pub(super) fn write_down(&self, target: &Target) -> io::Result<()> {
+        self.made(target).map_or(Ok(()), |(path, made)| self.record.add(path, &made))
     }
 }
 

@@ -4,8 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::board::Board;
-use super::identity;
-use super::record::{Made, Record};
+use super::record::{Known, Record};
 use super::tell::{Outcome, Teller};
 use crate::cancel::Cancel;
 use crate::cli::extract::{self, How};
@@ -101,13 +100,10 @@ impl<'a> Work<'a> {
             self.tell(scan, None, Outcome::Failed(trouble.clone()));
             return;
         }
-        let identity = self.record.as_ref().map(|_| identity::of_input(scan));
-        let made = |target: &Target| {
-            let input = identity.as_ref()?.as_ref().ok()?.clone();
-            Some(Made::new(&self.run.extract, target, input))
-        };
-        let (done, left): (Vec<&Target>, Vec<&Target>) =
-            targets.iter().partition(|target| self.is_done(target, made(target).as_ref()));
+        let extract = &self.run.extract;
+        let known = self.record.as_ref().map(|record| Known::of(record, extract, scan));
+        let is_done = |target: &&Target| known.as_ref().is_some_and(|known| known.is_done(target));
+        let (done, left): (Vec<&Target>, Vec<&Target>) = targets.iter().partition(is_done);
         for target in done {
             self.tell(scan, Some(target), Outcome::Skipped);
         }
@@ -116,43 +112,21 @@ impl<'a> Work<'a> {
             return;
         }
         let bar = self.board.scan(&scan.shown());
-        let how = How {
-            extract: &self.run.extract,
-            gate: &self.gate,
-            cancel: &self.stop,
-            progress: &bar,
-        };
+        let how = How { extract, gate: &self.gate, cancel: &self.stop, progress: &bar };
         let results = extract::meshes(scan, &left, &how);
         drop(bar);
         for (target, result) in left.into_iter().zip(results) {
             let outcome = match result {
                 Ok(mut done) => {
-                    if let Err(line) = self.write_down(target, made(target).as_ref()) {
-                        done.notes.push(Note::Other(line));
+                    if let Some(Err(e)) = known.as_ref().map(|known| known.write_down(target)) {
+                        let why = crate::error::system_words(&e);
+                        done.notes.push(Note::Other(format!("the record of finished work cannot be written: {why}; --resume will mesh this again")));
                     }
                     Outcome::Done(Box::new(done))
                 }
                 Err(trouble) => Outcome::Failed(trouble),
             };
             self.tell(scan, Some(target), outcome);
-        }
-    }
-
-    fn is_done(&self, target: &Target, made: Option<&Made>) -> bool {
-        let known = self.record.as_ref().filter(|_| self.run.resume);
-        match (known, target.output.path(), made) {
-            (Some(record), Some(path), Some(made)) => record.has(path, made),
-            _ => false,
-        }
-    }
-
-    fn write_down(&self, target: &Target, made: Option<&Made>) -> Result<(), String> {
-        match (&self.record, target.output.path(), made) {
-            (Some(record), Some(path), Some(made)) => record.add(path, made).map_err(|e| {
-                let why = crate::error::system_words(&e);
-                format!("the record of finished work cannot be written: {why}; --resume will mesh this again")
-            }),
-            _ => Ok(()),
         }
     }
 

@@ -40,6 +40,9 @@ fn no_mesh_takes_the_place_of_a_file_that_is_read() {
     refuses(&sandbox, &format!("k.nii {stl} k.img"), &format!("k.img: {read} k.nii is read from"));
     let said = format!("study/{slice}: {read} study is read from");
     refuses(&sandbox, &format!("study {stl} study/{slice}"), &said);
+    std::fs::write(sandbox.path("bones.toml"), "iso = 50\n").unwrap();
+    let words = "k.nii --format stl --config bones.toml -o ./bones.toml";
+    refuses(&sandbox, words, "./bones.toml: the output is the file of --config");
     // The mesh of one scan in the place of another scan.
     let words = "in/a in/x.stl --iso 50 -o in --name {file}";
     refuses(&sandbox, words, "in/x.stl: the output is the input");
@@ -97,4 +100,24 @@ fn bytes_that_are_no_text_are_written_as_numbers_in_names_and_reports() {
     let info = [OsStr::new("info"), name, OsStr::new("--json")];
     let told = String::from_utf8(sandbox.run(&info).stdout).unwrap();
     assert!(told.contains(r#""input":"b%FF.nii""#), "{told}");
+}
+
+/// Both characters become `_`, which no pattern undoes.
+#[cfg(unix)]
+#[test]
+fn names_that_no_pattern_tells_apart_are_not_said_to_be() {
+    let sandbox = Sandbox::new();
+    let volume = repository("testdata/nifti/synth/t_u8_le.nii");
+    for to in ["in/a:b.nii", "in/a?b.nii", "x/c.nii", "y/c.nii", "z/1/c.nii", "z/2/c.nii.gz"] {
+        sandbox.copy(&volume, to);
+    }
+    for (words, hint) in [
+        ("in -r --name {parent}/{file}_{series}", "hint: no --name tells them apart: rename one"),
+        ("x y -r", "hint: no --name tells them apart: rename one"),
+        ("z -r --name {stem}", "hint: --name '{parent}/{file}' keeps"),
+    ] {
+        let (said, _) = sandbox.ends(2, &format!("{words} --iso 50 -o out"));
+        assert!(said.contains(hint), "{words}: {said}");
+    }
+    sandbox.ends(0, "z -r --iso 50 -q -o out --name {parent}/{file}");
 }

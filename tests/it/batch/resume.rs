@@ -159,3 +159,20 @@ fn the_image_of_a_pair_is_looked_at_whatever_its_header_is_called() {
     File::options().write(true).open(sandbox.path("k.img")).unwrap().set_times(times).unwrap();
     assert_eq!(sandbox.ends(0, again).1[0]["status"], "ok");
 }
+
+#[test]
+fn a_dry_run_leaves_out_what_resuming_would_pass_over() {
+    let sandbox = good_tree();
+    sandbox.ends(0, RUN);
+    std::fs::remove_file(sandbox.path("out/a/u8.stl")).unwrap();
+    let (said, reported) = sandbox.ends(0, "in -r --iso 50 -o out --json --resume --dry-run");
+    assert!(said.ends_with("1 mesh would be made, 4 skipped; 0 scans cannot be read\n"), "{said}");
+    let planned = with_status(&reported, "planned");
+    assert_eq!(planned.len(), 1, "{said}");
+    assert_eq!(planned[0]["output"], "out/a/u8.stl");
+    assert_eq!(with_status(&reported, "skipped").len(), 4, "{said}");
+    // The run that it tells of.
+    assert_eq!(made_again(&sandbox, AGAIN), ["a/u8.stl"]);
+    let (said, _) = sandbox.ends(0, "in -r --iso 50 -o out --dry-run");
+    assert!(said.ends_with("5 meshes would be made; 0 scans cannot be read\n"), "{said}");
+}

@@ -190,3 +190,26 @@ fn a_signal_ends_a_batch_with_status_130_and_its_table() {
         std::fs::remove_dir_all(sandbox.path("out")).unwrap();
     }
 }
+
+#[test]
+fn a_scan_that_fails_leaves_no_folder_behind() {
+    let sandbox = good_tree();
+    // Not reached once it is read; cut.
+    let synth = repository("testdata/nifti/synth/t_u8_le.nii");
+    sandbox.copy(&repository("testdata/nifti/bad/trunc_data.nii"), "in/cut/deep/a.nii");
+    sandbox.ends(1, "in -r --iso 50 --format ply -o out -q");
+    let folders = |name: &str| {
+        let all = walkdir::WalkDir::new(sandbox.path(name)).into_iter().flatten();
+        all.filter(|e| e.file_type().is_dir()).count()
+    };
+    // out, a, b, b/c, study.
+    assert_eq!(folders("out"), 5);
+    sandbox.ends(1, "in -r --iso 99999 -o nothing -q");
+    assert!(!sandbox.path("nothing").exists());
+    // A file where a folder is wanted fails its own scans alone.
+    sandbox.copy(&synth, "mixed/u8");
+    let (said, _) = sandbox.ends(1, "in/a in/b -r --iso 50 -o mixed --name {parent}/{stem}/{iso}");
+    let error = "mixed/u8/50.stl: cannot be written: the folder mixed/u8 does not exist";
+    assert!(said.contains(error), "{said}");
+    assert!(said.contains("done 3, skipped 0, failed 1, not done 0"), "{said}");
+}

@@ -1,9 +1,10 @@
 //! What ends a run from outside: signals, limits, readers that go away.
 
+use std::io::Read;
 use std::process::{Command, Stdio};
 
 use super::{plain, volume};
-use crate::support::sandbox::{Sandbox, stderr};
+use crate::support::sandbox::{Sandbox, objects, stderr};
 
 /// The shell's limit counts in blocks of 512 or 1,024 bytes; the mesh has 12 MB.
 #[cfg(unix)]
@@ -263,5 +264,64 @@ fn one_signal_ends_a_wait_for_the_rest_of_a_stream() {
         assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
         assert_eq!(status_in_a_minute(&mut child), Some(130));
         assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
+    }
+}
+
+/// `/dev/full` takes nothing, as a full disk does.
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    let sandbox = Sandbox::new();
+    for words in [&["--help"][..], &["--version"], &["info", "--help"], &["help"], &["man"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = sandbox.command(words).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {}", stderr(&output));
+        assert!(stderr(&output).starts_with("error: standard output: "), "{}", stderr(&output));
+    }
+}
+
+/// Two meshes at a pipe: the second is never opened for writing by anybody.
+#[cfg(unix)]
+#[test]
+fn a_signal_that_ends_check_is_told_as_json_of_the_mesh_it_was_at() {
+    let sandbox = Sandbox::new();
+    sandbox.ends(0, &format!("{} --iso 50 -o a.stl -q", volume("nifti/synth/t_u8_le.nii")));
+    let pipe = sandbox.path("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let args = ["check", "a.stl", "pipe", "never.stl", "--json"];
+    let child =
+        sandbox.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let _held = std::fs::OpenOptions::new().write(true).open(&pipe).unwrap();
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    let told = objects(&output);
+    assert_eq!(told.len(), 2, "{told:?}");
+    assert_eq!(told[0]["ok"], true);
+    assert_eq!(
+        (&told[1]["input"], &told[1]["error"]["kind"]),
+        (&"pipe".into(), &"interrupted".into())
+    );
+}
+
+/// More than a pipe holds, of which one byte is taken.
+#[cfg(unix)]
+#[test]
+fn one_signal_ends_a_run_whose_output_nobody_takes() {
+    let sandbox = Sandbox::new();
+    let head = volume("ct_head.nii.gz");
+    let words = format!("{head} --iso 300 -o - -q");
+    let phantom = "phantom sphere -o -".to_owned();
+    for words in [words, phantom] {
+        let args: Vec<&str> = words.split(' ').collect();
+        let mut child =
+            sandbox.command(&args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let mut out = child.stdout.take().unwrap();
+        out.read_exact(&mut [0]).unwrap();
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+        assert_eq!(status_in_a_minute(&mut child), Some(130), "{words}");
+        assert!(sandbox.files().is_empty(), "{words}: {:?}", sandbox.files());
     }
 }

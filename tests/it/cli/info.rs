@@ -62,3 +62,17 @@ fn values_at_the_ends_of_all_numbers_stay_numbers() {
         assert!(reported[0]["iso"].as_f64().is_some(), "{}", reported[0]);
     }
 }
+
+#[test]
+fn samples_that_are_infinite_or_nan_are_counted() {
+    let sandbox = Sandbox::new();
+    let samples =
+        [0.5_f32, 1.5, f32::INFINITY, f32::NEG_INFINITY, f32::INFINITY, f32::NAN, 2.5, 0.0];
+    let bytes: Vec<u8> = samples.iter().flat_map(|v| v.to_le_bytes()).collect();
+    std::fs::write(sandbox.path("a.raw"), bytes).unwrap();
+    let output = sandbox.run(&["info", "a.raw", "--dims", "2x2x2", "--type", "f32"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for line in ["  range        0 to 2.5", "  NaN          1 sample", "  infinite     3 samples"] {
+        assert!(text.lines().any(|of_text| of_text == line), "{line}: {text}");
+    }
+}
