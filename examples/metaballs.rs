@@ -14,7 +14,7 @@ use std::path::Path;
 
 use mcubes::geom::{Affine, Dims, Place, Space};
 use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
-use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
+use mcubes::sink::{MeshFile, MeshFormat, MeshOptions, Sink};
 use mcubes::source::formula;
 
 /// Centre and `s` of each ball, in millimetres.
@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let volume = formula(dims, affine, field)?;
 
     let format =
-        Format::from_path(Path::new(&out)).ok_or("the name ends in no .stl, .ply or .obj")?;
+        MeshFormat::from_path(Path::new(&out)).ok_or("the name ends in no .stl, .ply or .obj")?;
     let place = Place::new(&volume.meta.grid, Space::Ras)?;
     let mut file = MeshFile::create(Path::new(&out), &MeshOptions::new(format))?;
     let surfaces: Vec<(SurfaceOptions, &mut dyn Sink)> = vec![(SurfaceOptions::at(iso), &mut file)];

@@ -14,12 +14,12 @@
 //! use mcubes::cancel::Cancel;
 //! use mcubes::geom::{Place, Space};
 //! use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
-//! use mcubes::sink::{Format, MeshFile, MeshOptions};
+//! use mcubes::sink::{MeshFormat, MeshFile, MeshOptions};
 //! use mcubes::source::{OpenOptions, open};
 //!
 //! let head = open("head.nii.gz".as_ref(), &OpenOptions::default(), &Cancel::new())?;
 //! let place = Place::new(&head.meta.grid, Space::Ras)?;
-//! let mut file = MeshFile::create("skull.stl".as_ref(), &MeshOptions::new(Format::Stl))?;
+//! let mut file = MeshFile::create("skull.stl".as_ref(), &MeshOptions::new(MeshFormat::Stl))?;
 //! extract(head, &place, vec![(SurfaceOptions::at(300.0), &mut file)], &RunOptions::default())?;
 //! file.commit()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -17,7 +17,7 @@ use crate::cancel::Cancel;
 use crate::error::{Error, Kind, is_too_many_open};
 use crate::geom::{Grid, Place, Space};
 use crate::pipeline::{self, Progress, Report, RunError, RunOptions, SurfaceOptions};
-use crate::sink::{Format, MeshFile, SPOOL_BYTES, Sink};
+use crate::sink::{MeshFile, MeshFormat, SPOOL_BYTES, Sink};
 use crate::source::{self, SourceError, Volume, is_active};
 use crate::volume::{Inside, Meta, Note, StoredType};
 
@@ -37,7 +37,7 @@ pub(crate) fn memory(meta: &Meta, extract: &Extract, n_meshes: usize, threads: u
     let steps = &extract.steps;
     let is_wide = meta.series.is_some() || meta.padding.is_some() || steps.are_means();
     let sample = if is_wide { StoredType::F64 } else { meta.stored }.size();
-    let spooled = if extract.mesh.format == Format::Stl { 0 } else { SPOOL_BYTES as u64 };
+    let spooled = if extract.mesh.format == MeshFormat::Stl { 0 } else { SPOOL_BYTES as u64 };
     let spooled = spooled.min(pipeline::likely_triangles(meta.grid.dims).saturating_mul(8 * 13));
     let options = RunOptions { threads, ..RunOptions::default() };
     let method = extract.surface.method;

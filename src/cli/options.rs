@@ -17,7 +17,7 @@ use super::steps::Steps;
 use super::usage::Usage;
 use crate::geom::Space;
 use crate::pipeline::{Method, Side, SurfaceOptions};
-use crate::sink::{Format, MeshOptions, folder_of};
+use crate::sink::{MeshFormat, MeshOptions, folder_of};
 use crate::source::dicom::Selector;
 use crate::source::{RawOptions, is_stream};
 
@@ -165,7 +165,7 @@ fn extract(args: &ExtractArgs, reading: Reading, output: &Output) -> Result<Extr
     };
     let format = format(&args.output, output)?;
     let normals = args.surface.normals;
-    if normals && format == Format::Stl {
+    if normals && format == MeshFormat::Stl {
         return Err(Usage::new(
             "--normals: STL has no vertex normals, only those of its triangles",
         )
@@ -300,7 +300,7 @@ fn output(args: &ExtractArgs, many: Option<&str>) -> Result<Output, Usage> {
     }
     let shown = path.display();
     let ends_as_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
-    if path.is_dir() || ends_as_folder || many.is_some() && Format::from_path(path).is_none() {
+    if path.is_dir() || ends_as_folder || many.is_some() && MeshFormat::from_path(path).is_none() {
         // Without the / at its end.
         let plain = path.components().as_path();
         let above = if path.is_dir() || plain.exists() { plain } else { folder_of(plain) };
@@ -371,12 +371,14 @@ pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-fn format(args: &OutputArgs, output: &Output) -> Result<Format, Usage> {
+fn format(args: &OutputArgs, output: &Output) -> Result<MeshFormat, Usage> {
     match (args.format, output) {
-        (Some(FormatArg::Stl), _) | (None, Output::Stdout | Output::Folder(_)) => Ok(Format::Stl),
-        (Some(FormatArg::Ply), _) => Ok(Format::Ply),
-        (Some(FormatArg::Obj), _) => Ok(Format::Obj),
-        (None, Output::File(path)) => Format::from_path(path).ok_or_else(|| {
+        (Some(FormatArg::Stl), _) | (None, Output::Stdout | Output::Folder(_)) => {
+            Ok(MeshFormat::Stl)
+        }
+        (Some(FormatArg::Ply), _) => Ok(MeshFormat::Ply),
+        (Some(FormatArg::Obj), _) => Ok(MeshFormat::Obj),
+        (None, Output::File(path)) => MeshFormat::from_path(path).ok_or_else(|| {
             let said = path.extension().map_or_else(
                 || "no extension".to_owned(),
                 |e| format!("unknown extension .{}", e.to_string_lossy()),

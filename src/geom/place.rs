@@ -29,6 +29,9 @@ pub enum PlaceError {
     /// A corner of the volume is nowhere.
     #[error("the volume's corners have coordinates that are no finite numbers")]
     NotFinite,
+    /// Planes that do not follow each other along one direction.
+    #[error("plane {0} lies beyond the plane after it")]
+    PlaneOrder(usize),
     /// Planes without an origin of their own, or origins without a plane.
     #[error("the grid has origins for {found} planes, the volume has {expected}")]
     PlaneOrigins {
@@ -54,7 +57,8 @@ impl Place {
     ///
     /// # Errors
     /// [`PlaceError::OutOfRange`] where `f32` coordinates are too coarse for the promise that no
-    /// two vertices coincide; [`PlaceError::NotFinite`]; [`PlaceError::PlaneOrigins`].
+    /// two vertices coincide; [`PlaceError::NotFinite`]; [`PlaceError::PlaneOrigins`];
+    /// [`PlaceError::PlaneOrder`].
     pub fn new(grid: &Grid, space: Space) -> Result<Self, PlaceError> {
         let grid = grid.in_space(space);
         let (found, expected) = (grid.plane_origins.as_ref().map(Vec::len), grid.dims.nz());
@@ -68,6 +72,10 @@ impl Place {
         let normal = cross(grid.affine.column(0), grid.affine.column(1));
         let reversed = dot(normal, across) < 0.0;
         let epsilon = epsilon(&grid)?;
+        let follows = |k: usize| (dot(normal, grid.plane_step(k as i64)) < 0.0) == reversed;
+        if let Some(k) = (0..expected.saturating_sub(1)).find(|&k| !follows(k)) {
+            return Err(PlaceError::PlaneOrder(k));
+        }
         Ok(Self { grid, space, reversed, epsilon })
     }
 

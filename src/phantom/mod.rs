@@ -21,7 +21,7 @@ use crate::Error;
 use crate::cancel::Cancel;
 use crate::geom::{Affine, Dims, Grid};
 use crate::source::Volume;
-use crate::volume::{Format, Meta, Rescale, StoredType};
+use crate::volume::{Meta, Rescale, SourceFormat, StoredType};
 
 /// A volume to be made. The axes i, j, k point right, anterior, superior; the origin of
 /// millimetres is the middle of the grid. The shape fills the grid whatever its size.
@@ -73,7 +73,7 @@ impl Phantom {
         if !(self.spacing_mm.iter().all(|&s| is_length(s)) && reach && affine.is_usable()) {
             return Err(PhantomError::Spacing(si, sj, sk));
         }
-        let mut meta = Meta::plain(Format::Memory, Grid::new(dims, affine), self.stored);
+        let mut meta = Meta::plain(SourceFormat::Memory, Grid::new(dims, affine), self.stored);
         meta.rescale = self.rescale();
         meta.description = Some(format!("{} phantom", self.shape));
         let planes = planes::planes(self, dims, affine, meta.rescale);

@@ -13,7 +13,7 @@ use tempfile::SpooledTempFile;
 
 use super::atomic::Target;
 use super::format::{Layout, MeshOptions};
-use super::{Encoded, Encoder, Format, Sink, SinkError};
+use super::{Encoded, Encoder, MeshFormat, Sink, SinkError};
 use crate::geom::Space;
 
 /// Faces kept in memory, in bytes.
@@ -68,7 +68,7 @@ impl MeshFile {
         let file = target.file().try_clone().map_err(|e| target.fault(e))?;
         let mut out = BufWriter::with_capacity(WRITE_BYTES, file);
         out.write_all(&layout.header(0, 0)).map_err(|e| target.fault(e))?;
-        let faces = (options.format != Format::Stl).then(|| {
+        let faces = (options.format != MeshFormat::Stl).then(|| {
             let spool = match target.folder() {
                 Some(folder) => tempfile::spooled_tempfile_in(SPOOL_BYTES, folder),
                 None => tempfile::spooled_tempfile(SPOOL_BYTES),
@@ -150,7 +150,7 @@ impl Sink for MeshFile {
     }
 
     fn normals(&self) -> bool {
-        self.options.normals && self.options.format != Format::Stl
+        self.options.normals && self.options.format != MeshFormat::Stl
     }
 
     fn append(&mut self, encoded: &Encoded) -> Result<(), SinkError> {

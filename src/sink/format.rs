@@ -8,7 +8,7 @@ use crate::limits;
 
 /// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
+pub enum MeshFormat {
     /// Stereolithography: triangles with normals, no shared vertices.
     Stl,
     /// Polygon file format (Stanford).
@@ -17,7 +17,7 @@ pub enum Format {
     Obj,
 }
 
-impl Format {
+impl MeshFormat {
     /// All formats.
     pub const ALL: [Self; 3] = [Self::Stl, Self::Ply, Self::Obj];
 
@@ -58,7 +58,7 @@ impl Format {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshOptions {
     /// The format.
-    pub format: Format,
+    pub format: MeshFormat,
     /// STL and PLY as text; OBJ always is.
     pub ascii: bool,
     /// Named in the file, as 3D Slicer reads it; the coordinates are written as they come, so it has
@@ -71,16 +71,16 @@ pub struct MeshOptions {
 
 impl MeshOptions {
     /// Binary where the format can be, RAS, no vertex normals.
-    pub fn new(format: Format) -> Self {
+    pub fn new(format: MeshFormat) -> Self {
         Self { format, ascii: false, space: Space::Ras, normals: false }
     }
 
     /// The layout of the file.
     pub(super) fn layout(self) -> Box<dyn Layout> {
         match self.format {
-            Format::Stl => Box::new(StlEncoder::new(self)),
-            Format::Ply => Box::new(PlyEncoder::new(self)),
-            Format::Obj => Box::new(ObjEncoder::new(self)),
+            MeshFormat::Stl => Box::new(StlEncoder::new(self)),
+            MeshFormat::Ply => Box::new(PlyEncoder::new(self)),
+            MeshFormat::Obj => Box::new(ObjEncoder::new(self)),
         }
     }
 }

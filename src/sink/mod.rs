@@ -19,7 +19,7 @@ pub use error::SinkError;
 pub use file::MeshFile;
 #[cfg(feature = "cli")]
 pub(crate) use file::SPOOL_BYTES;
-pub use format::{Format, MeshOptions};
+pub use format::{MeshFormat, MeshOptions};
 
 use obj::ObjEncoder;
 use ply::PlyEncoder;

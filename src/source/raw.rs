@@ -13,7 +13,7 @@ use crate::cancel::Cancel;
 use crate::error::{Failure, Kind};
 use crate::geom::{Affine, Dims, DimsError, Grid};
 use crate::source::error::grouped;
-use crate::volume::{Format, Meta, StoredType};
+use crate::volume::{Meta, SourceFormat, StoredType};
 
 /// Where raw samples come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -198,7 +198,7 @@ fn from_input(input: Input, options: &RawOptions) -> Result<Volume<'static>, Sou
     if gzip {
         check_gzip_size(input.size(), layout.total_bytes())?;
     }
-    let meta = Meta::plain(Format::Raw, Grid::new(dims, affine), options.stored);
+    let meta = Meta::plain(SourceFormat::Raw, Grid::new(dims, affine), options.stored);
     let planes = planes(input, gzip, layout)?;
     Ok(Volume { meta, planes })
 }

@@ -5,7 +5,7 @@ use crate::geom::Grid;
 
 /// Where a volume came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum SourceFormat {
     /// NIfTI-1 or NIfTI-2, one file or a pair.
     Nifti,
     /// Samples without a header.
@@ -16,7 +16,7 @@ pub enum Format {
     Memory,
 }
 
-impl Format {
+impl SourceFormat {
     /// The word in reports.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -65,7 +65,7 @@ pub struct SeriesFacts {
 #[derive(Clone, Debug)]
 pub struct Meta {
     /// Where it came from.
-    pub format: Format,
+    pub format: SourceFormat,
     /// Dimensions and place, RAS millimetres.
     pub grid: Grid,
     /// The type the file stores. 64-bit integers, slopes that change from plane to plane and
@@ -102,7 +102,7 @@ impl Meta {
     }
 
     /// The facts of a volume that has a grid and a type and nothing else to say.
-    pub fn plain(format: Format, grid: Grid, stored: StoredType) -> Self {
+    pub fn plain(format: SourceFormat, grid: Grid, stored: StoredType) -> Self {
         Self {
             format,
             grid,

@@ -11,7 +11,7 @@ mod tally;
 mod voxel;
 
 pub use inside::{Inside, Side};
-pub use meta::{Format, Meta, Padding, SeriesFacts};
+pub use meta::{Meta, Padding, SeriesFacts, SourceFormat};
 pub use notes::Note;
 pub use rescale::Rescale;
 pub use stats::{Histogram, Suggestion, Survey};

@@ -3,9 +3,9 @@
 use mcubes::error::{Failure, Kind};
 use mcubes::geom::{Affine, Dims, Grid, Place, PlaceError, Space};
 use mcubes::pipeline::{RunError, RunOptions, SurfaceOptions, extract};
-use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
+use mcubes::sink::{MeshFile, MeshFormat, MeshOptions, Sink};
 use mcubes::source::{AnyPlanes, Planes, Volume, formula};
-use mcubes::volume::Format::Memory as InMemory;
+use mcubes::volume::SourceFormat;
 use mcubes::volume::{Meta, StoredType};
 use ndarray::Array3;
 
@@ -45,7 +45,7 @@ fn a_run_with_one_iso_value_that_is_no_number_writes_no_surface() {
     for iso in NO_NUMBERS {
         let volume = formula(dims(), Affine::IDENTITY, |x, _, _| x as f32).unwrap();
         let place = Place::new(&volume.meta.grid, Space::Ras).unwrap();
-        let stl = MeshOptions::new(Format::Stl);
+        let stl = MeshOptions::new(MeshFormat::Stl);
         let mut files = ["a.stl", "b.stl"]
             .map(|name| MeshFile::create(&folder.path().join(name), &stl).unwrap());
         let sinks = files.iter_mut().map(|file| file as &mut dyn Sink);
@@ -95,7 +95,8 @@ fn written(
 ) -> Result<Vec<[f32; 3]>, RunError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ply");
-    let meta = Meta::plain(InMemory, Grid::new(dims(), Affine::IDENTITY), StoredType::F32);
+    let meta =
+        Meta::plain(SourceFormat::Memory, Grid::new(dims(), Affine::IDENTITY), StoredType::F32);
     let volume = Volume { meta, planes: AnyPlanes::F32(planes) };
     let mut file = MeshFile::create(&path, mesh)?;
     let surfaces: Vec<(_, &mut dyn Sink)> = vec![(SurfaceOptions::at(4.5), &mut file)];
@@ -106,7 +107,7 @@ fn written(
 
 #[test]
 fn what_is_of_another_size_than_its_volume_is_refused() {
-    let mesh = MeshOptions::new(Format::Ply);
+    let mesh = MeshOptions::new(MeshFormat::Ply);
     let other = |nx, ny, nz| Grid::new(Dims::checked(nx, ny, nz, 4).unwrap(), Affine::IDENTITY);
     let right = Place::new(&other(6, 5, 4), Space::Ras).unwrap();
     for [nx, ny, nz] in [[3, 3, 3], [6, 5, 8], [9, 9, 4], [4, 5, 6], [1, 1, 1]] {
@@ -125,12 +126,25 @@ fn what_is_of_another_size_than_its_volume_is_refused() {
 }
 
 #[test]
+fn planes_follow_each_other_along_one_direction() {
+    let placed = |heights: [f64; 4]| {
+        let mut grid = Grid::new(dims(), Affine::IDENTITY);
+        grid.plane_origins = Some(heights.map(|z| [0.0, 0.0, z]).to_vec());
+        Place::new(&grid, Space::Ras).err()
+    };
+    assert_eq!(placed([0.0, 1.0, 2.5, 3.0]), None);
+    assert_eq!(placed([3.0, 2.5, 1.0, 0.0]), None);
+    assert_eq!(placed([0.0, 2.0, 1.0, 3.0]), Some(PlaceError::PlaneOrder(1)));
+    assert_eq!(placed([3.0, 1.0, 0.0, 0.5]), Some(PlaceError::PlaneOrder(2)));
+}
+
+#[test]
 fn a_file_says_no_other_space_than_its_volume_is_placed_in() {
     let all = [Space::Ras, Space::Lps, Space::Voxel];
     for placed in all {
         let place = Place::new(&Grid::new(dims(), Affine::IDENTITY), placed).unwrap();
         for space in all {
-            let mesh = MeshOptions { space, ..MeshOptions::new(Format::Ply) };
+            let mesh = MeshOptions { space, ..MeshOptions::new(MeshFormat::Ply) };
             let done = written(Planes::Resident(volume().view()), &place, &mesh);
             assert_eq!(done.is_ok(), space == placed);
         }
@@ -140,7 +154,7 @@ fn a_file_says_no_other_space_than_its_volume_is_placed_in() {
 #[test]
 fn a_file_with_normals_gets_them() {
     let place = Place::new(&Grid::new(dims(), Affine::IDENTITY), Space::Ras).unwrap();
-    let mesh = MeshOptions { normals: true, ..MeshOptions::new(Format::Ply) };
+    let mesh = MeshOptions { normals: true, ..MeshOptions::new(MeshFormat::Ply) };
     let normals = written(Planes::Resident(volume().view()), &place, &mesh).unwrap();
     assert!(!normals.is_empty());
     for n in normals {

@@ -6,7 +6,7 @@ use std::io::Write;
 use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, Dims, Place, Space};
 use mcubes::pipeline::{Method, RunOptions, SurfaceOptions, extract, working_bytes};
-use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
+use mcubes::sink::{MeshFile, MeshFormat, MeshOptions, Sink};
 use mcubes::source::{RawInput, RawOptions, Volume, formula, open_raw};
 use mcubes::volume::StoredType;
 
@@ -17,7 +17,7 @@ fn mesh(volume: Volume<'_>, surface: SurfaceOptions, options: &RunOptions<'_>) -
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.stl");
     let place = Place::new(&volume.meta.grid, Space::Ras).unwrap();
-    let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
+    let mut file = MeshFile::create(&path, &MeshOptions::new(MeshFormat::Stl)).unwrap();
     let surfaces: Vec<(_, &mut dyn Sink)> = vec![(surface, &mut file)];
     extract(volume, &place, surfaces, options).unwrap();
     file.commit().unwrap();

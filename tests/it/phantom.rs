@@ -6,7 +6,7 @@ use mcubes::cancel::Cancel;
 use mcubes::geom::{Place, Space};
 use mcubes::phantom::{Phantom, Shape};
 use mcubes::pipeline::{Report, RunOptions, SurfaceOptions, extract};
-use mcubes::sink::{Format, MeshFile, MeshOptions};
+use mcubes::sink::{MeshFile, MeshFormat, MeshOptions};
 use mcubes::source::{OpenOptions, open};
 use mcubes::volume::StoredType;
 
@@ -14,7 +14,7 @@ use crate::wrap::sources::{read, same};
 
 fn report(phantom: &Phantom) -> Report {
     let folder = tempfile::tempdir().unwrap();
-    let options = MeshOptions::new(Format::Stl);
+    let options = MeshOptions::new(MeshFormat::Stl);
     let mut file = MeshFile::create(&folder.path().join("p.stl"), &options).unwrap();
     let volume = phantom.volume().unwrap();
     let place = Place::new(&volume.meta.grid, Space::Ras).unwrap();

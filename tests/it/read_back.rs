@@ -3,7 +3,7 @@
 use std::fs;
 
 use mcubes::mesh::{Mesh, Patch};
-use mcubes::sink::{Encoded, Format, MeshFile, MeshOptions, Sink};
+use mcubes::sink::{Encoded, MeshFile, MeshFormat, MeshOptions, Sink};
 
 use crate::writers::{names, tetrahedron, written};
 
@@ -17,7 +17,7 @@ fn whole(patches: &[Patch]) -> Mesh {
 }
 
 /// Every way to write, by its last parts: ascii, normals.
-fn ways(format: Format) -> Vec<MeshOptions> {
+fn ways(format: MeshFormat) -> Vec<MeshOptions> {
     [(false, false), (false, true), (true, false), (true, true)]
         .map(|(ascii, normals)| MeshOptions { ascii, normals, ..MeshOptions::new(format) })
         .to_vec()
@@ -36,7 +36,7 @@ fn a_ply_header_counts_and_has_one_length_for_all_counts() {
             triangles: vec![[0, 0, 0]; 3 * n],
             ..Patch::default()
         };
-        let bytes = written(MeshOptions::new(Format::Ply), &[patch]);
+        let bytes = written(MeshOptions::new(MeshFormat::Ply), &[patch]);
         let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
         let header = String::from_utf8(bytes[..end].to_vec()).unwrap();
         let lines: Vec<&str> = header.lines().map(str::trim_end).collect();
@@ -65,7 +65,7 @@ fn a_ply_header_counts_and_has_one_length_for_all_counts() {
 #[test]
 fn ply_rs_reads_back_the_same_bits_ids_and_normals() {
     let mesh = whole(&tetrahedron());
-    for options in ways(Format::Ply) {
+    for options in ways(MeshFormat::Ply) {
         let bytes = written(options, &tetrahedron());
         let parser = ply_rs::parser::Parser::<ply_rs::ply::DefaultElement>::new();
         let ply = parser.read_ply(&mut bytes.as_slice()).unwrap();
@@ -88,7 +88,7 @@ fn ply_rs_reads_back_the_same_bits_ids_and_normals() {
 #[test]
 fn tobj_reads_back_the_same_bits_ids_and_normals() {
     let mesh = whole(&tetrahedron());
-    for options in ways(Format::Obj) {
+    for options in ways(MeshFormat::Obj) {
         let bytes = written(options, &tetrahedron());
         let (models, _) =
             tobj::load_obj_buf(&mut bytes.as_slice(), &tobj::LoadOptions::default(), |_| {
@@ -119,7 +119,7 @@ fn tobj_reads_back_the_same_bits_ids_and_normals() {
 #[test]
 fn stl_io_reads_back_text_as_it_reads_back_binary() {
     let read = |ascii| {
-        let options = MeshOptions { ascii, ..MeshOptions::new(Format::Stl) };
+        let options = MeshOptions { ascii, ..MeshOptions::new(MeshFormat::Stl) };
         let bytes = written(options, &tetrahedron());
         stl_io::read_stl(&mut std::io::Cursor::new(bytes)).unwrap()
     };
@@ -133,7 +133,7 @@ fn stl_io_reads_back_text_as_it_reads_back_binary() {
 
 #[test]
 fn pieces_of_a_patch_make_the_same_file_as_the_patch() {
-    for format in Format::ALL {
+    for format in MeshFormat::ALL {
         for options in ways(format) {
             let at_once = written(options, &tetrahedron());
             let folder = tempfile::tempdir().unwrap();
@@ -161,7 +161,7 @@ fn pieces_of_a_patch_make_the_same_file_as_the_patch() {
 fn faces_beyond_what_memory_holds_wait_on_disk_and_follow() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.ply");
-    let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Ply)).unwrap();
+    let mut file = MeshFile::create(&path, &MeshOptions::new(MeshFormat::Ply)).unwrap();
     let encoder = file.encoder();
     let mut patch = Patch {
         vertices: vec![[0.5, 0.25, 0.125]; 3],
@@ -210,7 +210,7 @@ proptest::proptest! {
             // Adding zero turns −0 to 0: joined, they are one point.
             ids.map(|&id| mesh.vertices[id as usize].map(|x| (x + 0.0).to_bits())).collect()
         };
-        for format in Format::ALL {
+        for format in MeshFormat::ALL {
             for ascii in [false, true] {
                 let options = MeshOptions { ascii, ..MeshOptions::new(format) };
                 let folder = tempfile::tempdir().unwrap();
@@ -218,7 +218,7 @@ proptest::proptest! {
                 fs::write(&path, written(options, std::slice::from_ref(&patch))).unwrap();
                 let read = mcubes::reader::read(&path).unwrap();
                 proptest::prop_assert_eq!(corners(&read), corners(&mesh));
-                if format != Format::Stl {
+                if format != MeshFormat::Stl {
                     proptest::prop_assert_eq!(bits(&read.vertices), bits(&mesh.vertices));
                     proptest::prop_assert_eq!(&read.triangles, &mesh.triangles);
                 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use mcubes::geom::{Affine, Dims, Place, Space};
 use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
-use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
+use mcubes::sink::{MeshFile, MeshFormat, MeshOptions, Sink};
 use mcubes::source::{blur, downsample, formula};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -314,7 +314,7 @@ fn a_formula_is_blurred_and_downsampled_like_any_volume() {
         let volume = formula(dims, affine, field).unwrap();
         let volume = downsample(blur(volume, sigma).unwrap(), [2; 3]).unwrap();
         let place = Place::new(&volume.meta.grid, Space::Ras).unwrap();
-        let options = MeshOptions::new(Format::Ply);
+        let options = MeshOptions::new(MeshFormat::Ply);
         let mut file = MeshFile::create(&folder.path().join("p.ply"), &options).unwrap();
         let surfaces: Vec<(_, &mut dyn Sink)> = vec![(SurfaceOptions::at(0.0), &mut file)];
         let report = extract(volume, &place, surfaces, &RunOptions::default()).unwrap().remove(0);

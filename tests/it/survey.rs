@@ -3,7 +3,7 @@
 use mcubes::cancel::Cancel;
 use mcubes::geom::{Affine, Dims, Grid};
 use mcubes::source::{self, AnyPlanes, OpenOptions, Planes, RawInput, Volume, open_raw, survey};
-use mcubes::volume::{Format, Meta, Padding, Rescale, StoredType, Survey};
+use mcubes::volume::{Meta, Padding, Rescale, SourceFormat, StoredType, Survey};
 use ndarray::{Array3, ArrayView3};
 
 use crate::support::expected::{Entry, entries};
@@ -17,7 +17,7 @@ fn of_array<'a, T: mcubes::volume::Sample>(
 ) -> Survey {
     let (nz, ny, nx) = array.dim();
     let dims = Dims::checked(nx as i64, ny as i64, nz as i64, 8).unwrap();
-    let mut meta = Meta::plain(Format::Memory, Grid::new(dims, Affine::IDENTITY), T::TYPE);
+    let mut meta = Meta::plain(SourceFormat::Memory, Grid::new(dims, Affine::IDENTITY), T::TYPE);
     change(&mut meta);
     survey(Volume { meta, planes: planes(Planes::Resident(*array)) }, &Cancel::new()).unwrap()
 }

@@ -7,7 +7,7 @@ use mcubes::Kind;
 use mcubes::error::Failure;
 use mcubes::geom::Space;
 use mcubes::mesh::Patch;
-use mcubes::sink::{Encoded, Format, MeshFile, MeshOptions, Sink, SinkError};
+use mcubes::sink::{Encoded, MeshFile, MeshFormat, MeshOptions, Sink, SinkError};
 
 /// A tetrahedron in two patches with an empty one between; the last repeats the vertices of the
 /// first as ghosts.
@@ -68,18 +68,18 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn the_format_is_known_by_extension_and_by_name_in_any_case() {
-    assert_eq!(Format::from_path(Path::new("a.b/skull.STL")), Some(Format::Stl));
-    assert_eq!(Format::from_path(Path::new("skull.ply")), Some(Format::Ply));
-    assert_eq!(Format::from_path(Path::new("skull.stl.Obj")), Some(Format::Obj));
-    assert_eq!(Format::from_path(Path::new("stl")), None);
-    assert_eq!(Format::from_path(Path::new("skull.vtk")), None);
-    assert_eq!(Format::from_name("Ply"), Some(Format::Ply));
+    assert_eq!(MeshFormat::from_path(Path::new("a.b/skull.STL")), Some(MeshFormat::Stl));
+    assert_eq!(MeshFormat::from_path(Path::new("skull.ply")), Some(MeshFormat::Ply));
+    assert_eq!(MeshFormat::from_path(Path::new("skull.stl.Obj")), Some(MeshFormat::Obj));
+    assert_eq!(MeshFormat::from_path(Path::new("stl")), None);
+    assert_eq!(MeshFormat::from_path(Path::new("skull.vtk")), None);
+    assert_eq!(MeshFormat::from_name("Ply"), Some(MeshFormat::Ply));
 }
 
 #[test]
 fn a_binary_stl_has_eighty_bytes_of_header_a_count_and_fifty_bytes_a_triangle() {
     let patches = tetrahedron();
-    let bytes = written(MeshOptions::new(Format::Stl), &patches);
+    let bytes = written(MeshOptions::new(MeshFormat::Stl), &patches);
     assert_eq!(bytes.len(), 84 + 4 * 50);
     assert_eq!(&bytes[..80], format!("{:<80}", "mcubes SPACE=RAS").as_bytes());
     assert_eq!(bytes[80..84], 4_u32.to_le_bytes());
@@ -106,7 +106,7 @@ fn a_binary_stl_has_eighty_bytes_of_header_a_count_and_fifty_bytes_a_triangle() 
 
 #[test]
 fn the_space_is_named_as_slicer_reads_it_and_voxel_files_name_none() {
-    for format in Format::ALL {
+    for format in MeshFormat::ALL {
         for ascii in [false, true] {
             for (space, tag) in [
                 (Space::Ras, Some("SPACE=RAS")),
@@ -122,7 +122,7 @@ fn the_space_is_named_as_slicer_reads_it_and_voxel_files_name_none() {
                         assert!(!text.contains("RAS") && !text.contains("LPS"), "{options:?}");
                     }
                 }
-                assert_eq!(text.starts_with("solid"), format == Format::Stl && ascii);
+                assert_eq!(text.starts_with("solid"), format == MeshFormat::Stl && ascii);
             }
         }
     }
@@ -131,7 +131,7 @@ fn the_space_is_named_as_slicer_reads_it_and_voxel_files_name_none() {
 #[test]
 fn a_file_that_is_not_committed_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    for format in Format::ALL {
+    for format in MeshFormat::ALL {
         let path = folder.path().join("mesh");
         let mut file = MeshFile::create(&path, &MeshOptions::new(format)).unwrap();
         assert!(!path.exists());
@@ -147,7 +147,7 @@ fn an_existing_file_is_replaced_at_the_end_and_kept_until_then() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.stl");
     fs::write(&path, "before").unwrap();
-    let options = MeshOptions::new(Format::Stl);
+    let options = MeshOptions::new(MeshFormat::Stl);
     let mut file = MeshFile::create(&path, &options).unwrap();
     write(&mut file, &tetrahedron());
     assert_eq!(fs::read(&path).unwrap(), b"before");
@@ -160,7 +160,7 @@ fn an_existing_file_is_replaced_at_the_end_and_kept_until_then() {
 fn an_unfinished_file_cannot_be_committed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.stl");
-    let file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
+    let file = MeshFile::create(&path, &MeshOptions::new(MeshFormat::Stl)).unwrap();
     assert_eq!(file.commit().unwrap_err().kind(), Kind::Internal);
     assert_eq!(names(folder.path()), Vec::<String>::new());
 }
@@ -169,7 +169,7 @@ fn an_unfinished_file_cannot_be_committed() {
 fn totals_that_do_not_match_what_was_appended_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.stl");
-    let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
+    let mut file = MeshFile::create(&path, &MeshOptions::new(MeshFormat::Stl)).unwrap();
     assert_eq!(file.finish(3, 1).unwrap_err().kind(), Kind::Internal);
     let too_many = file.finish(3, 1 << 32).unwrap_err();
     assert_eq!(too_many.kind(), Kind::TooManyTriangles);
@@ -182,7 +182,7 @@ fn totals_that_do_not_match_what_was_appended_are_refused() {
 #[test]
 fn a_missing_folder_and_a_folder_in_place_of_a_file_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let options = MeshOptions::new(Format::Ply);
+    let options = MeshOptions::new(MeshFormat::Ply);
     let missing = folder.path().join("none");
     let error = MeshFile::create(&missing.join("mesh.ply"), &options).err().unwrap();
     assert!(matches!(&error, SinkError::NoFolder(found) if *found == missing));
@@ -203,7 +203,7 @@ mod unix {
         let plain = folder.path().join("plain");
         fs::write(&plain, "").unwrap();
         let path = folder.path().join("mesh.stl");
-        let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
+        let mut file = MeshFile::create(&path, &MeshOptions::new(MeshFormat::Stl)).unwrap();
         write(&mut file, &tetrahedron());
         file.commit().unwrap();
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
@@ -218,7 +218,7 @@ mod unix {
         let link = folder.path().join("link.stl");
         symlink("other/mesh.stl", &link).unwrap();
         for _ in ["made", "replaced"] {
-            let mut file = MeshFile::create(&link, &MeshOptions::new(Format::Stl)).unwrap();
+            let mut file = MeshFile::create(&link, &MeshOptions::new(MeshFormat::Stl)).unwrap();
             write(&mut file, &tetrahedron());
             file.commit().unwrap();
             assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
@@ -227,21 +227,21 @@ mod unix {
         }
         let ring = folder.path().join("ring.stl");
         symlink("ring.stl", &ring).unwrap();
-        let error = MeshFile::create(&ring, &MeshOptions::new(Format::Stl)).err().unwrap();
+        let error = MeshFile::create(&ring, &MeshOptions::new(MeshFormat::Stl)).err().unwrap();
         assert_eq!(error.kind(), Kind::Unwritable);
     }
 
     #[test]
     fn a_device_is_written_to_and_a_full_one_is_reported() {
         let null = Path::new("/dev/null");
-        let mut file = MeshFile::create(null, &MeshOptions::new(Format::Ply)).unwrap();
+        let mut file = MeshFile::create(null, &MeshOptions::new(MeshFormat::Ply)).unwrap();
         write(&mut file, &tetrahedron());
         file.commit().unwrap();
         assert!(!fs::metadata(null).unwrap().is_file());
 
         let full = Path::new("/dev/full");
         if full.exists() {
-            let mut file = MeshFile::create(full, &MeshOptions::new(Format::Obj)).unwrap();
+            let mut file = MeshFile::create(full, &MeshOptions::new(MeshFormat::Obj)).unwrap();
             write(&mut file, &tetrahedron());
             let error = file.commit().unwrap_err();
             assert_eq!(error.kind(), Kind::Unwritable);
@@ -263,7 +263,7 @@ fn who_may_read_a_file_may_read_what_replaces_it() {
     for wanted in [0o600, 0o444, 0o666] {
         fs::write(&path, "old").unwrap();
         fs::set_permissions(&path, fs::Permissions::from_mode(wanted)).unwrap();
-        let mut file = MeshFile::create(&path, &MeshOptions::new(Format::Stl)).unwrap();
+        let mut file = MeshFile::create(&path, &MeshOptions::new(MeshFormat::Stl)).unwrap();
         write(&mut file, &tetrahedron());
         file.commit().unwrap();
         assert_eq!(mode(), wanted, "{:o}", mode());

@@ -9,7 +9,7 @@ use super::syntax;
 use crate::cancel::Cancel;
 use crate::geom::Grid;
 use crate::geom::vec3::Vec3;
-use crate::volume::{Format, Meta, Note, Padding, Rescale, SeriesFacts};
+use crate::volume::{Meta, Note, Padding, Rescale, SeriesFacts, SourceFormat};
 
 /// Slices added at most to a segmentation that leaves out empty frames.
 const MOST_FILLED: usize = 1 << 16;
@@ -238,7 +238,7 @@ fn meta(
         gaps_mm,
         description: (!description.is_empty()).then_some(description),
         notes,
-        ..Meta::plain(Format::Dicom, grid, stored)
+        ..Meta::plain(SourceFormat::Dicom, grid, stored)
     }
 }
 

@@ -6,7 +6,7 @@ use super::fields::{Fields, SIZE_1, SIZE_2, VoxOffset};
 use crate::geom::{Dims, Grid};
 use crate::source::SourceError;
 use crate::source::layout::Layout;
-use crate::volume::{Format, Meta, Note, Rescale, StoredType};
+use crate::volume::{Meta, Note, Rescale, SourceFormat, StoredType};
 
 /// Where the samples of a single file of NIfTI-1 begin at the earliest.
 const FIRST: u64 = 352;
@@ -46,7 +46,7 @@ impl Header {
             found: format!("{offset}"),
             expected: "a place in a file".to_owned(),
         })?;
-        let mut meta = Meta::plain(Format::Nifti, Grid::new(dims, affine), stored);
+        let mut meta = Meta::plain(SourceFormat::Nifti, Grid::new(dims, affine), stored);
         meta.rescale = rescale(&fields)?;
         meta.n_volumes = usize::try_from(n_volumes)
             .map_err(|_| NiftiError::TooManyVolumes(fields.dim.to_vec()))?;

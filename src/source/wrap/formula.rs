@@ -7,7 +7,7 @@ use super::lend::samples;
 use crate::geom::vec3::{add, scale};
 use crate::geom::{Affine, Dims, Grid};
 use crate::source::{AnyPlanes, Planes, PositionedPlanes, SourceError, Volume};
-use crate::volume::{Format, Meta, Sample, StoredType};
+use crate::volume::{Meta, Sample, SourceFormat, StoredType};
 
 /// The values of `field` at the samples of a grid: `affine` takes (i, j, k) to x, y, z in RAS
 /// millimetres, which `field` is given. Planes are evaluated when they are read, by as many threads
@@ -16,7 +16,7 @@ use crate::volume::{Format, Meta, Sample, StoredType};
 /// ```
 /// use mcubes::geom::{Affine, Dims, Place, Space};
 /// use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
-/// use mcubes::sink::{Format, MeshFile, MeshOptions};
+/// use mcubes::sink::{SourceFormat, MeshFile, MeshOptions};
 /// use mcubes::source::formula;
 ///
 /// // A ball of radius 8 mm around the origin, sampled each half millimetre: positive inside.
@@ -32,7 +32,7 @@ use crate::volume::{Format, Meta, Sample, StoredType};
 /// let folder = tempfile::tempdir()?;
 /// let place = Place::new(&ball.meta.grid, Space::Ras)?;
 /// let mut file =
-///     MeshFile::create(&folder.path().join("ball.stl"), &MeshOptions::new(Format::Stl))?;
+///     MeshFile::create(&folder.path().join("ball.stl"), &MeshOptions::new(SourceFormat::Stl))?;
 /// let reports =
 ///     extract(ball, &place, vec![(SurfaceOptions::at(0.0), &mut file)], &RunOptions::default())?;
 /// file.commit()?;
@@ -50,7 +50,7 @@ pub fn formula<'a>(
     field: impl Fn(f64, f64, f64) -> f32 + Send + Sync + 'a,
 ) -> Result<Volume<'a>, SourceError> {
     let planes = evaluated(dims, affine, field)?;
-    let meta = Meta::plain(Format::Memory, Grid::new(dims, affine), StoredType::F32);
+    let meta = Meta::plain(SourceFormat::Memory, Grid::new(dims, affine), StoredType::F32);
     Ok(Volume { meta, planes: AnyPlanes::F32(planes) })
 }
 

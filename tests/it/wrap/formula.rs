@@ -7,7 +7,7 @@ use std::time::Duration;
 use mcubes::error::{Failure, Kind};
 use mcubes::geom::{Affine, Dims, Place, Space};
 use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
-use mcubes::sink::{Format, MeshFile, MeshOptions, Sink};
+use mcubes::sink::{MeshFile, MeshFormat, MeshOptions, Sink};
 use mcubes::source::{crop, formula};
 
 use super::sources::{Way, affine, read, way};
@@ -43,7 +43,7 @@ fn a_formula_that_panics_ends_the_run() {
             |x: f64, _: f64, z: f64| if z == 20.0 { panic!("as it should") } else { x as f32 };
         let volume = formula(dims, Affine::IDENTITY, field).unwrap();
         let place = Place::new(&volume.meta.grid, Space::Ras).unwrap();
-        let options = MeshOptions::new(Format::Stl);
+        let options = MeshOptions::new(MeshFormat::Stl);
         let mut file = MeshFile::create(&folder.path().join("x.stl"), &options).unwrap();
         let surfaces: Vec<(_, &mut dyn Sink)> = vec![(SurfaceOptions::at(3.5), &mut file)];
         let options = RunOptions { threads: 3, slab_planes: Some(2), ..RunOptions::default() };

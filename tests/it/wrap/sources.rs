@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use mcubes::geom::{Affine, Dims, Grid};
 use mcubes::source::{AnyPlanes, OrderedPlanes, Planes, PositionedPlanes, SourceError, Volume};
-use mcubes::volume::{Format, Meta, Note, Sample};
+use mcubes::volume::{Meta, Note, Sample, SourceFormat};
 use mcubes::with_planes;
 use ndarray::{Array3, ArrayView3, ArrayViewMut2, Axis, s};
 
@@ -92,7 +92,7 @@ pub(super) fn planes<'a, T: Sample>(array: &'a Array3<T>, way: Way, log: &'a Log
 
 /// A volume on the oblique grid around planes.
 pub(super) fn volume<T: Sample>(dims: Dims, planes: AnyPlanes<'_>) -> Volume<'_> {
-    Volume { meta: Meta::plain(Format::Memory, Grid::new(dims, affine()), T::TYPE), planes }
+    Volume { meta: Meta::plain(SourceFormat::Memory, Grid::new(dims, affine()), T::TYPE), planes }
 }
 
 fn collect<T: Sample>(planes: Planes<'_, T>, dims: Dims) -> Array3<f64> {
