@@ -1,8 +1,8 @@
-//! Echoes, time points, b-values and kernels whose slices lie beside each other, not at the same positions (a table
-//! that came back elsewhere, a patient who was moved): no position holds two images, and without a
-//! look at what the scanner was set to they would be taken for one volume of thinner slices. Sets
-//! are split only where that is plain: slices of one volume differ in their settings too, station by
-//! station, package by package, or in the last digit.
+//! Echoes, time points, b-values and kernels whose slices lie beside each other, not at the same
+//! positions (a table that came back elsewhere, a patient who was moved): no position holds two
+//! images, and without a look at what the scanner was set to they would be taken for one volume of
+//! thinner slices. Sets are split only where that is plain: slices of one volume differ in their
+//! settings too, station by station, package by package, or in the last digit.
 
 use std::ops::Range;
 
@@ -21,8 +21,8 @@ const OTHER_TIME: f64 = 0.02;
 /// packages could be sets.
 const LEAST_WHOLE: usize = 4;
 
-/// One part for each echo, time point, b-value or kernel, where each is an even grid by itself, all have about as
-/// many slices, and they lie within each other; the last one may be what there is of a repeat that
+/// One part for each echo, time point, b-value or kernel, where each is an even grid by itself, all
+/// have about as many slices, and they lie within each other; the last one may be what there is of a repeat that
 /// was broken off. Numbers and times of acquisitions say nothing here: slices that are taken in
 /// interleaved packages have several.
 pub(super) fn sets(group: &Group, instances: &[Instance], all: &[Labels]) -> Option<Vec<Group>> {
