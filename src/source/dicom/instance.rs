@@ -131,7 +131,8 @@ pub(super) const SPLITTERS: [&str; 14] = [
 
 /// The splitters that are set for whole volumes: no volume has them change from slice to slice and
 /// back.
-pub(super) const SETTINGS: [usize; 5] = [0, ECHO_NUMBER, 2, 3, 9];
+pub(super) const SETTINGS: [&str; 5] =
+    ["echo time", "echo number", "temporal position", "b-value", "kernel"];
 
 /// The splitter that numbers echoes.
 pub(super) const ECHO_NUMBER: usize = 1;

@@ -106,7 +106,7 @@ fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Ve
             let (instance, frame) = r.get(instances)?;
             label(instance, frame)
         };
-        let is_setting = slot.is_some_and(|slot| SETTINGS.contains(&slot));
+        let is_setting = slot.is_some() && SETTINGS.contains(&name.as_str());
         let plain = |label: String| if is_setting { as_number(label) } else { label };
         let of = group.frames.iter().map(|r| own(r).map(plain).unwrap_or_default()).collect();
         let (is_clock, is_image_type) = (slot == Some(CLOCK), slot == Some(IMAGE_TYPE));
@@ -114,7 +114,7 @@ fn attributes(group: &Group, instances: &[Instance], settings_alone: bool) -> Ve
     };
     let mut all = Vec::new();
     for (slot, name) in SPLITTERS.iter().enumerate() {
-        if settings_alone && !SETTINGS.contains(&slot) {
+        if settings_alone && !SETTINGS.contains(name) {
             continue;
         }
         let label = |_: &Instance, f: &Frame| f.mixed.get(slot).cloned().flatten();
