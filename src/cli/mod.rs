@@ -13,6 +13,7 @@ mod job;
 mod level;
 mod man;
 mod options;
+mod output;
 mod pattern;
 mod phantom;
 mod report;

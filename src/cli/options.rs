@@ -4,20 +4,17 @@
 //! here, before any input is opened. What is left for later is two meshes with one name, which the
 //! headers decide.
 
-use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::args::{
-    EndianArg, ExtractArgs, FormatArg, GapsArg, MethodArg, OutputArgs, ReadingArgs, SpaceArg,
-    SurfaceArgs,
-};
+use super::args::{EndianArg, ExtractArgs, GapsArg, MethodArg, ReadingArgs, SpaceArg, SurfaceArgs};
 use super::level::Level;
+use super::output::{self, Output, is_dash};
 use super::pattern::Pattern;
 use super::steps::Steps;
 use super::usage::Usage;
 use crate::geom::Space;
 use crate::pipeline::{Method, Side, SurfaceOptions};
-use crate::sink::{MeshFormat, MeshOptions, folder_of};
+use crate::sink::{MeshFormat, MeshOptions};
 use crate::source::dicom::Selector;
 use crate::source::{RawOptions, is_stream};
 
@@ -42,16 +39,6 @@ pub(crate) struct Reading {
     pub(crate) all_series: bool,
     pub(crate) span_gaps: bool,
     pub(crate) raw: Option<RawOptions>,
-}
-
-/// Where the meshes go.
-#[derive(Clone, Debug)]
-pub(crate) enum Output {
-    /// One mesh, in this file.
-    File(PathBuf),
-    /// Any number, in this folder, which need not exist yet.
-    Folder(PathBuf),
-    Stdout,
 }
 
 /// What is made of a volume: all that decides the bytes of its mesh, and nothing else, since
@@ -125,7 +112,7 @@ pub(crate) fn run(args: &ExtractArgs) -> Result<Run, Usage> {
         (args.batch.name.is_some(), "--name".to_owned()),
     ];
     let many = many.iter().find_map(|(is_given, what)| is_given.then_some(what.as_str()));
-    let output = output(args, many)?;
+    let output = output::output(args, many)?;
     if args.batch.resume && !matches!(output, Output::Folder(_)) {
         return Err(Usage::new("--resume keeps its record in an output folder").hint("-o meshes/"));
     }
@@ -163,7 +150,7 @@ fn extract(args: &ExtractArgs, reading: Reading, output: &Output) -> Result<Extr
         Some(SpaceArg::Lps) => Space::Lps,
         Some(SpaceArg::Voxel) => Space::Voxel,
     };
-    let format = format(&args.output, output)?;
+    let format = output::format(&args.output, output)?;
     let normals = args.surface.normals;
     if normals && format == MeshFormat::Stl {
         return Err(Usage::new(
@@ -278,79 +265,6 @@ fn raw(args: &ReadingArgs) -> Result<Option<RawOptions>, Usage> {
     }
 }
 
-/// Understands `--output`; `many` is what asks for more than one mesh.
-fn output(args: &ExtractArgs, many: Option<&str>) -> Result<Output, Usage> {
-    let Some(path) = &args.output.output else {
-        if args.batch.dry_run {
-            return Ok(Output::Folder(PathBuf::from(".")));
-        }
-        return Err(
-            Usage::new("no output: -o is missing").hint("-o mesh.stl, or -o - for standard output")
-        );
-    };
-    if is_dash(path) {
-        if args.output.json {
-            return Err(both_on_stdout(path, "mesh"));
-        }
-        if let Some(many) = many {
-            let message = format!("{many}: many meshes need a folder, standard output holds one");
-            return Err(Usage::new(message).hint("-o meshes/"));
-        }
-        return Ok(Output::Stdout);
-    }
-    let shown = path.display();
-    let ends_as_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
-    if path.is_dir() || ends_as_folder || many.is_some() && MeshFormat::from_path(path).is_none() {
-        // Without the / at its end.
-        let plain = path.components().as_path();
-        let above = if path.is_dir() || plain.exists() { plain } else { folder_of(plain) };
-        let is_needed = !args.batch.dry_run || in_the_way(above).is_some();
-        if is_needed && !above.is_dir() {
-            return Err(no_folder(above, path));
-        }
-        return Ok(Output::Folder(path.clone()));
-    }
-    if let Some(many) = many {
-        return Err(Usage::new(format!("{many}: many meshes need a folder, {shown} is a file"))
-            .hint(format!("-o {}/", path.with_extension("").display())));
-    }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(no_folder(folder, folder));
-    }
-    if args.output.json && is_stdout(path) {
-        return Err(both_on_stdout(path, "mesh"));
-    }
-    Ok(Output::File(path.clone()))
-}
-
-/// Two things for one place; `what` is the one that has others.
-pub(crate) fn both_on_stdout(path: &Path, what: &str) -> Usage {
-    Usage::new(format!("--json and -o {} both want standard output", path.display()))
-        .hint(format!("write the {what} to a file"))
-}
-
-/// Whether a path is another name of standard output. The system has no name for a pipe, so its
-/// own names are known here.
-pub(crate) fn is_stdout(path: &Path) -> bool {
-    let names = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].map(Path::new);
-    names.contains(&path) || is_same_file(path, names[0])
-}
-
-/// What stands where a folder is wanted, or one above it.
-fn in_the_way(folder: &Path) -> Option<&Path> {
-    folder.ancestors().find(|above| above.exists()).filter(|above| !above.is_dir())
-}
-
-/// A folder that is missing; `wanted` is what making would help, unless a file is in the way.
-pub(crate) fn no_folder(missing: &Path, wanted: &Path) -> Usage {
-    if let Some(file) = in_the_way(missing) {
-        return Usage::new(format!("{}: is a file, a folder is wanted", file.display()));
-    }
-    Usage::new(format!("{}: there is no such folder", missing.display()))
-        .hint(format!("mkdir -p {}", wanted.display()))
-}
-
 /// How many threads: all processors where none are named.
 pub(crate) fn threads(named: Option<usize>) -> Result<usize, Usage> {
     Ok(a_few("--threads", named)?.unwrap_or_else(|| processors().min(MAX_THREADS)))
@@ -366,35 +280,8 @@ fn a_few(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage> {
     }
 }
 
-/// Whether two paths name one file, which exists.
-pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
-fn format(args: &OutputArgs, output: &Output) -> Result<MeshFormat, Usage> {
-    match (args.format, output) {
-        (Some(FormatArg::Stl), _) | (None, Output::Stdout | Output::Folder(_)) => {
-            Ok(MeshFormat::Stl)
-        }
-        (Some(FormatArg::Ply), _) => Ok(MeshFormat::Ply),
-        (Some(FormatArg::Obj), _) => Ok(MeshFormat::Obj),
-        (None, Output::File(path)) => MeshFormat::from_path(path).ok_or_else(|| {
-            let said = path.extension().map_or_else(
-                || "no extension".to_owned(),
-                |e| format!("unknown extension .{}", e.to_string_lossy()),
-            );
-            Usage::new(format!("{}: {said}", path.display()))
-                .hint("name it .stl, .ply or .obj, or say --format")
-        }),
-    }
-}
-
 fn at_least_one(name: &str, value: Option<usize>) -> Result<Option<usize>, Usage> {
     if value == Some(0) { Err(Usage::new(format!("{name} must be at least 1"))) } else { Ok(value) }
-}
-
-pub(crate) fn is_dash(path: &Path) -> bool {
-    path.as_os_str() == OsStr::new("-")
 }
 
 fn processors() -> usize {

@@ -6,7 +6,8 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::args::PhantomArgs;
-use super::options::{self, both_on_stdout, is_dash, is_stdout};
+use super::options;
+use super::output::{both_on_stdout, is_dash, is_stdout, no_folder};
 use super::report::{affine, measured};
 use super::signals::while_taken;
 use super::term::Term;
@@ -71,7 +72,7 @@ fn output(path: &Path, json: bool) -> Result<Option<&Path>, Usage> {
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        return Err(options::no_folder(folder, folder));
+        return Err(no_folder(folder, folder));
     }
     let unzipped = match path.extension() {
         Some(end) if end.eq_ignore_ascii_case("gz") => path.with_extension(""),

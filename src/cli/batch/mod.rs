@@ -16,7 +16,8 @@ mod record;
 mod tell;
 mod work;
 
-use super::options::{Output, Run};
+use super::options::Run;
+use super::output::Output;
 use super::term::Term;
 use super::usage::Usage;
 use crate::cancel::Cancel;

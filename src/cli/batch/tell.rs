@@ -5,7 +5,8 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use crate::cli::job::{Job, Scan, Target};
-use crate::cli::options::{Output, Run};
+use crate::cli::options::Run;
+use crate::cli::output::Output;
 use crate::cli::report::{self, Done};
 use crate::cli::term::{Term, one_line};
 use crate::cli::trouble::Trouble;

@@ -10,7 +10,8 @@ use crate::cancel::Cancel;
 use crate::cli::extract::{self, How};
 use crate::cli::gate::Gate;
 use crate::cli::job::{Found, Job, Scan, Target};
-use crate::cli::options::{Output, Run};
+use crate::cli::options::Run;
+use crate::cli::output::Output;
 use crate::error::Kind;
 use crate::volume::Note;
 
