@@ -16,7 +16,7 @@ use crate::volume::{Meta, Sample, SourceFormat, StoredType};
 /// ```
 /// use mcubes::geom::{Affine, Dims, Place, Space};
 /// use mcubes::pipeline::{RunOptions, SurfaceOptions, extract};
-/// use mcubes::sink::{SourceFormat, MeshFile, MeshOptions};
+/// use mcubes::sink::{MeshFormat, MeshFile, MeshOptions};
 /// use mcubes::source::formula;
 ///
 /// // A ball of radius 8 mm around the origin, sampled each half millimetre: positive inside.
@@ -32,7 +32,7 @@ use crate::volume::{Meta, Sample, SourceFormat, StoredType};
 /// let folder = tempfile::tempdir()?;
 /// let place = Place::new(&ball.meta.grid, Space::Ras)?;
 /// let mut file =
-///     MeshFile::create(&folder.path().join("ball.stl"), &MeshOptions::new(SourceFormat::Stl))?;
+///     MeshFile::create(&folder.path().join("ball.stl"), &MeshOptions::new(MeshFormat::Stl))?;
 /// let reports =
 ///     extract(ball, &place, vec![(SurfaceOptions::at(0.0), &mut file)], &RunOptions::default())?;
 /// file.commit()?;
